@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``python -m benchmarks [NAME] [--json] [--quick] [--out DIR]``: the list, or one benchmark's figures."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import pkgutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import benchmarks
+from benchmarks import Options
+
+
+def known() -> dict[str, str]:
+    """Benchmark name -> module name, of all modules of this package that do not start with an underscore."""
+    names = (info.name for info in pkgutil.iter_modules(benchmarks.__path__))
+    return {name.replace("_", "-"): name for name in sorted(names) if not name.startswith("_")}
+
+
+def _description(module_name: str) -> str:
+    import ast
+
+    tree = ast.parse((Path(benchmarks.__path__[0]) / f"{module_name}.py").read_text("utf-8"))
+    return (ast.get_docstring(tree) or "").strip().split("\n")[0]
+
+
+def _plain(value: Any) -> Any:
+    """NumPy scalars and arrays as plain Python, for JSON."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is not a figure")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("name", nargs="?", help="which benchmark; without it the list is printed")
+    parser.add_argument("--json", action="store_true", help="print one JSON object of figures as the last line")
+    parser.add_argument("--quick", action="store_true", help="smaller inputs: proves that it runs")
+    parser.add_argument("--out", type=Path, default=Path("out/benchmarks"), help="folder for pictures and tables")
+    given, extra = parser.parse_known_args(arguments)
+    modules = known()
+    if given.name is None:
+        for name, module_name in modules.items():
+            print(f"{name:28} {_description(module_name)}")
+        return 0
+    if given.name not in modules:
+        print(f"no benchmark is named {given.name!r}; known: {', '.join(modules)}", file=sys.stderr)
+        return 2
+    options = Options(quick=given.quick, out=given.out / given.name, extra=extra)
+    options.out.mkdir(parents=True, exist_ok=True)
+    figures = importlib.import_module(f"benchmarks.{modules[given.name]}").run(options)
+    if given.json:
+        print(json.dumps(figures, default=_plain))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

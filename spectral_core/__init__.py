@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spectral Scene Design: design colours under lights, render them spectrally, sample volumes and settings well.
+
+The rooms are imported by name (``from spectral_core import palette``); nothing heavy is imported here.
+"""
+
+from importlib import metadata as _metadata
+
+try:
+    __version__ = _metadata.version("spectral-scene")
+except _metadata.PackageNotFoundError:  # a source tree that is not installed
+    __version__ = "0+unknown"

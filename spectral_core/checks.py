@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks at the border: arrays from outside become finite, read-only and of the stated shape, or an error says why not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from spectral_core.errors import InvalidInputError
+
+
+def frozen_array(
+    name: str, values: ArrayLike, shape: Sequence[int | None] | None = None, *, dtype: DTypeLike = np.float64
+) -> NDArray[Any]:
+    """Copy of ``values`` as a finite, C-contiguous, read-only array.
+
+    ``shape`` holds one entry per axis, None where any length fits. Raises InvalidInputError naming ``name``.
+    """
+    try:
+        array = np.array(values, dtype=dtype, order="C", copy=True)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be numbers of type {np.dtype(dtype)}; {error}") from error
+    if shape is not None and not _fits(array.shape, shape):
+        expected = "×".join("any" if length is None else str(length) for length in shape) or "a single number"
+        raise InvalidInputError(f"{name} has shape {array.shape}; expected {expected}")
+    require_finite(name, array)
+    array.setflags(write=False)
+    return array
+
+
+def require_finite(name: str, array: NDArray[Any]) -> None:
+    """Raise InvalidInputError that names the first NaN or Inf of ``array`` by index."""
+    if array.dtype.kind not in "fc":
+        return
+    bad = ~np.isfinite(array)
+    if bad.any():
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        value = array[index]
+        raise InvalidInputError(
+            f"{name} holds {int(bad.sum())} value(s) that are not finite, the first is {value} at index {index}; "
+            "replace them before passing the data on"
+        )
+
+
+def require_range(name: str, value: float, low: float, high: float, unit: str = "") -> float:
+    """``value`` as float when low <= value <= high; else InvalidInputError."""
+    number = float(value)
+    if not low <= number <= high:  # also catches NaN
+        raise InvalidInputError(f"{name} is {value}{unit}; expected a value from {low}{unit} to {high}{unit}")
+    return number
+
+
+def _fits(actual: tuple[int, ...], expected: Sequence[int | None]) -> bool:
+    return len(actual) == len(expected) and all(e is None or a == e for a, e in zip(actual, expected, strict=True))

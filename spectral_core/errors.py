@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one error tree of the library.
+
+::
+
+    SpectralError
+    ├── InvalidInputError (also ValueError)   a value from outside: what was given, expected, what to do
+    │   ├── GridMismatchError                 two spectra on different wavelength grids
+    │   ├── UnknownNameError                  a name that no catalogue holds; says which are near
+    │   └── FileFormatError                   a file that is cut, edited or of another kind
+    ├── MissingDependencyError                an optional package or library; says how to get it
+    ├── SolveError                            a solver's answer that failed its check and had no fallback
+    └── RenderError                           the renderer stopped
+        └── RenderCancelled                   the user stopped it
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class SpectralError(Exception):
+    """Base of all errors this project raises on purpose; its text is fit to be shown to a user."""
+
+
+class InvalidInputError(SpectralError, ValueError):
+    """A value from outside is wrong; the message says what was given, what was expected and what to do."""
+
+
+class GridMismatchError(InvalidInputError):
+    """Two spectra live on different wavelength grids."""
+
+
+class UnknownNameError(InvalidInputError):
+    """A name is in no catalogue."""
+
+    @classmethod
+    def among(cls, kind: str, given: str, known: Iterable[str]) -> UnknownNameError:
+        """Build the message that names what is known, the nearest first."""
+        names = sorted(known)
+        near = difflib.get_close_matches(given, names, n=3, cutoff=0.4)
+        hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {', '.join(names[:20])}"
+        return cls(f"no {kind} is named {given!r}; {hint}")
+
+
+class FileFormatError(InvalidInputError):
+    """A file cannot be read as what it was taken for."""
+
+
+class MissingDependencyError(SpectralError):
+    """Something optional is needed and absent; the message says how to get it."""
+
+    @classmethod
+    def package(cls, package: str, purpose: str, extra: str) -> MissingDependencyError:
+        """Message for a Python package that an extra of this distribution brings."""
+        return cls(f"{purpose} needs the Python package {package!r}; install it with: pip install 'spectral-scene[{extra}]'")
+
+
+class SolveError(SpectralError):
+    """No engine gave an answer that passed its own check."""
+
+
+class RenderError(SpectralError):
+    """The renderer stopped before the picture was done."""
+
+
+class RenderCancelled(RenderError):
+    """The user stopped the render."""
