@@ -91,9 +91,9 @@ class SpectralGrid:
         """Whether both grids have the same knots and interpolation."""
         return (
             self is other
-            or self.interpolation == other.interpolation
+            or (self.interpolation == other.interpolation
             and self.size == other.size
-            and bool(np.array_equal(self.wavelengths_nm, other.wavelengths_nm))
+            and bool(np.array_equal(self.wavelengths_nm, other.wavelengths_nm)))
         )
 
     def __str__(self) -> str:
