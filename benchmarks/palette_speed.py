@@ -2,9 +2,9 @@
 """A whole re-solve after one edit of a live palette, against the same problem stated afresh in cvxpy.
 
 Coupled palettes: all reflectances metameric under D65 with a free common color, random colors under the other lights.
-Each edit changes one cell: its color, its weight, or both. Edits and cvxpy solves are interleaved, so that a busy machine
-slows both. Two statements in cvxpy are timed: cell by cell from the spectra, as one would write it, and one large matrix
-that is handed to it ready-made (its best case).
+Each edit changes one cell: its color, its weight, or both. Edits and cvxpy solves are interleaved, so that a busy
+machine slows both. Two statements in cvxpy are timed: cell by cell from the spectra, as one would write it, and one
+large matrix that is handed to it ready-made (its best case).
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ class PaletteSession:
         self._problem: PaletteProblem
         self._live: LiveSolver | None
         self._wishes_now: Wishes | None
-        self._state: PaletteState = solve_palette(problem).state
+        self._state: PaletteState = solve_palette(problem, explain=False).state
         self._adopt(problem)
         self._resolve(1, perf_counter())
 
