@@ -173,9 +173,9 @@ class Builder:
     def leaf_mesh(self) -> Any:
         along = np.linspace(0, 1, 17)
         half = 0.0075 * np.sin(np.pi * along**0.85)
-        rows = [np.stack([0.062 * along, s * half, 0.004 * np.sin(np.pi * along) + 0.0025 * abs(s) - 0.012 * along**2], axis=1)
-                for s in np.linspace(-1, 1, 7)]  # fmt: skip
-        grid = np.stack(rows)
+        side = np.linspace(-1, 1, 7)[:, None]
+        bend = 0.004 * np.sin(np.pi * along) + 0.0025 * np.abs(side) - 0.012 * along**2
+        grid = np.stack(np.broadcast_arrays(0.062 * along, side * half, bend), axis=2)
         uv = np.stack(np.meshgrid(along, np.linspace(0, 1, 7)), axis=2)
         thing = self.grid_mesh("Leaf pattern", grid, uv)
         data = thing.data
