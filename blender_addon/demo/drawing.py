@@ -36,7 +36,7 @@ _BERRIES = ((-0.285, -0.035, 0.024), (-0.235, -0.002, 0.019), (0.235, -0.150, 0.
 
 
 def _stamp(coverage: Array, origin: tuple[float, float], reach: float, depth: Callable[[Array, Array], Array]) -> None:
-    """Adds a shape to the pixels within ``reach`` of its origin; ``depth(x, y)`` is positive inside, a distance at its edge."""
+    """Adds a shape within ``reach`` of its origin; ``depth(x, y)`` is its signed distance, positive inside."""
     height, width = coverage.shape
     rows = slice(max(0, int((origin[1] - reach + 0.5) * height)), int((origin[1] + reach + 0.5) * height) + 2)
     columns = slice(max(0, int((origin[0] - reach + 1) / 2 * width)), int((origin[0] + reach + 1) / 2 * width) + 2)

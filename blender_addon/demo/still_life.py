@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import drawing
+from .materials import Materials
 
 VASE_PROFILE = [  # (radius, height) in meters, from the foot to the lip
     (0.058, 0.000), (0.062, 0.006), (0.088, 0.050), (0.116, 0.110), (0.124, 0.165), (0.112, 0.220),
@@ -37,31 +38,13 @@ class Builder:
 
     def __init__(self, bpy: Any) -> None:
         self.bpy = bpy
+        self.materials = Materials(bpy)
 
     def vase(self) -> None:
-        ground, mark = self.material("Vase ground", (0.50, 0.52, 0.47)), self.material("Vase mark", (0.50, 0.52, 0.47))
-        for material in (ground, mark):
-            material.node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.42
-        vase = self.turned("Vase", VASE_PROFILE, wall=0.006, segments=512, rings=400)
-        vase.data.materials.append(ground)
-        vase.data.materials.append(mark)
+        vase = self.turned("Vase", VASE_PROFILE, wall=0.006, segments=192, rings=160)
+        vase.data.materials.append(self.materials.glaze())
         vase.location = (0.055, 0.02, 0.0)
         vase.rotation_euler = (0, 0, np.radians(90 - 6))
-        self.paint_faces(vase, drawing.branch_mask())
-
-    def paint_faces(self, vase: Any, mask: NDArray[np.float32]) -> None:
-        """Gives the second material to the faces of the outer wall whose center the mask covers."""
-        data = vase.data
-        outer = len(data.polygons)
-        uvs = np.empty(len(data.loops) * 2, np.float32)
-        data.uv_layers.active.uv.foreach_get("vector", uvs)
-        centers = uvs.reshape(-1, 4, 2)[:outer].mean(axis=1)
-        rows = np.clip((centers[:, 1] * mask.shape[0]).astype(int), 0, mask.shape[0] - 1)
-        columns = np.clip((centers[:, 0] * mask.shape[1]).astype(int), 0, mask.shape[1] - 1)
-        wall = np.empty(outer, np.int32)
-        data.polygons.foreach_get("material_index", wall)
-        marked = (mask[rows, columns] > 0.5) & (centers[:, 1] < 0.999)
-        data.polygons.foreach_set("material_index", np.where(marked, 1, 0).astype(np.int32))
 
     def turned(
         self, name: str, profile: Sequence[tuple[float, float]], *, wall: float, segments: int, rings: int
@@ -88,7 +71,7 @@ class Builder:
         self.bpy.ops.mesh.primitive_circle_add(radius=radius, vertices=96, fill_type="NGON", location=(0, 0, 0.001))
         foot = self.bpy.context.object
         foot.name, foot.parent = name, parent
-        foot.data.materials.append(self.material(f"{name} clay", (0.25, 0.2, 0.16)))
+        foot.data.materials.append(self.materials.plain(f"{name} clay", (0.25, 0.2, 0.16)))
 
     def grid_mesh(self, name: str, grid: NDArray[np.float64], uv: NDArray[np.float64]) -> Any:
         """A smooth mesh over a (rows, columns, 3) grid of points with UVs (rows, columns, 2)."""
@@ -113,36 +96,11 @@ class Builder:
         self.bpy.context.scene.collection.objects.link(thing)
         return thing
 
-    def material(self, name: str, color: tuple[float, float, float], roughness: float = 0.5) -> Any:
-        """A Principled material of one linear color, made once per name."""
-        found = self.bpy.data.materials.get(name)
-        if found is not None:
-            return found
-        made = self.bpy.data.materials.new(name)
-        if made.node_tree is None:
-            made.use_nodes = True  # Blender before 5.0 makes no node tree by itself
-        node = made.node_tree.nodes["Principled BSDF"]
-        node.inputs["Base Color"].default_value = (*color, 1.0)
-        node.inputs["Roughness"].default_value = roughness
-        return made
-
-    def textured(self, name: str, pixels: NDArray[np.float32], roughness: float) -> Any:
-        """A Principled material whose color is a picture, packed into the .blend."""
-        height, width = pixels.shape[:2]
-        image = self.bpy.data.images.new(name, width, height)
-        image.pixels.foreach_set(np.dstack([pixels, np.ones((height, width, 1), np.float32)]).ravel())
-        image.pack()
-        made = self.material(name, (0.8, 0.8, 0.8), roughness)
-        texture = made.node_tree.nodes.new("ShaderNodeTexImage")
-        texture.image = image
-        made.node_tree.links.new(texture.outputs["Color"], made.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
-        return made
-
     def olive_branches(self) -> None:
         """Three stems from the vase's mouth, with leaves as instances of one mesh and a few olives."""
         rng = np.random.default_rng(11)
         leaf, olive = self.leaf_mesh(), self.ball_mesh("Olive", 0.0085, 1.35, (0.055, 0.075, 0.03), 0.3)
-        bark = self.material("Bark", (0.16, 0.12, 0.085), 0.8)
+        bark = self.materials.plain("Bark", (0.16, 0.12, 0.085), 0.8)
         for number, (lean, turn, reach) in enumerate(((0.55, 2.75, 0.34), (0.25, 1.1, 0.38), (0.62, -0.15, 0.30))):
             path = _stem(lean, turn, reach)
             curve = self.bpy.data.curves.new(f"Stem {number}", "CURVE")
@@ -179,7 +137,7 @@ class Builder:
         uv = np.stack(np.meshgrid(along, np.linspace(0, 1, 7)), axis=2)
         thing = self.grid_mesh("Leaf pattern", grid, uv)
         data = thing.data
-        data.materials.append(self.material("Olive leaf", (0.115, 0.17, 0.085), 0.45))
+        data.materials.append(self.materials.plain("Olive leaf", (0.115, 0.17, 0.085), 0.45))
         self.bpy.data.objects.remove(thing)
         return data
 
@@ -196,13 +154,13 @@ class Builder:
         uv = np.stack(np.broadcast_arrays(around[None] / (2 * np.pi), polar[:, None] / np.pi), axis=2)
         thing = self.grid_mesh(f"{name} pattern", grid, uv)
         data = thing.data
-        data.materials.append(self.material(name, color, rough))
+        data.materials.append(self.materials.plain(name, color, rough))
         self.bpy.data.objects.remove(thing)
         return data
 
     def bowl_of_lemons(self) -> None:
         bowl = self.turned("Bowl", BOWL_PROFILE, wall=0.005, segments=128, rings=60)
-        bowl.data.materials.append(self.material("Bowl glaze", (0.075, 0.12, 0.155), 0.25))
+        bowl.data.materials.append(self.materials.plain("Bowl glaze", (0.075, 0.12, 0.155), 0.25))
         bowl.location = (-0.245, -0.085, 0.0)
         lemon = self.ball_mesh("Lemon", 0.031, 1.22, (0.72, 0.52, 0.045), 0.4)
         places = [  # location in meters, rotation in radians
@@ -216,12 +174,15 @@ class Builder:
 
     def room(self) -> None:
         self.plane(
-            "Table", (2.4, 1.3), self.textured("Planks", drawing.wood(), 0.38), lambda x, y: (x, y - 0.08, 0 * x)
+            "Table",
+            (2.4, 1.3),
+            self.materials.pictured("Planks", drawing.wood(), 0.38),
+            lambda x, y: (x, y - 0.08, 0 * x),
         )
         self.plane(
             "Wall",
             (3.2, 2.2),
-            self.textured("Lime wash", drawing.plaster(), 0.9),
+            self.materials.pictured("Lime wash", drawing.plaster(), 0.9),
             lambda x, y: (x, 0 * x + 0.55, y + 0.9),
         )
 
