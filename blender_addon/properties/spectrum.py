@@ -225,7 +225,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     for carrier in CARRIERS:
-        setattr(getattr(bpy.types, carrier), "spectral", PointerProperty(type=SpectralSpectrum, name="Spectrum"))
+        getattr(bpy.types, carrier).spectral = PointerProperty(type=SpectralSpectrum, name="Spectrum")
 
 
 def unregister() -> None:
