@@ -297,3 +297,11 @@ def test_interpolant_meets_its_samples():
 def test_wrong_input_is_named(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
+
+
+def test_the_example_in_the_docstring():
+    import doctest
+
+    from spectral_core.volume import analysis
+
+    assert doctest.testmod(analysis) == (0, 7)

@@ -3,11 +3,12 @@
 
 >>> import numpy as np
 >>> from spectral_core.volume.analysis import SampledFunction, composite_bandlimit
->>> f = SampledFunction.of(lambda x: 0.5 + 0.45 * np.sin(np.pi * x / 2) + 0.05 * np.sin(4 * np.pi * x), 0, 4, 4096, periodic=True)
+>>> data = lambda x: 0.5 + 0.45 * np.sin(np.pi * x / 2) + 0.05 * np.sin(4 * np.pi * x)
+>>> f = SampledFunction.of(data, 0, 4, 4096, periodic=True)
 >>> g = SampledFunction.of(lambda y: (1 - np.cos(2 * np.pi * y)) / 2, 0, 1, 1024, periodic=True)
 >>> limit = composite_bandlimit(f, g)
 >>> round(limit.frequency, 2), round(limit.product_frequency / limit.frequency, 1)
-(8.39, 4.7)
+(8.39, 4.6)
 """
 
 from spectral_core.volume.analysis.bandlimit import CompositeBandlimit, composite_bandlimit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How finely a mapped function h(x) = g(f(x)) must be sampled: the bound of Eq. 4.14 beside the product bound before it."""
+"""How finely a mapped function g(f(x)) must be sampled: the bound of Eq. 4.14 beside the product bound before it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from spectral_core.volume.analysis.signal import SampledFunction, essential_band
 
 @dataclass(frozen=True)
 class CompositeBandlimit:
-    """Frequencies that bound g(f(x)); angular, in radians per unit of x, or of the data value for ``transfer_bandlimit``."""
+    """Frequencies that bound g(f(x)), angular: radians per unit of x; ``transfer_bandlimit`` per data value."""
 
     transfer_bandlimit: float
     """ν_g: essential band limit of g, in radians per unit of the data value."""
@@ -39,7 +39,7 @@ class CompositeBandlimit:
         return self.transfer_bandlimit * self.data_bandlimit * self.half_range
 
     def sample_distance(self, oversampling: float = 2.0) -> float:
-        """Distance of samples at ``oversampling`` times the Nyquist rate of ``frequency``; infinite where g∘f is constant.
+        """Distance of samples at ``oversampling`` times the Nyquist rate; infinite where g∘f is constant.
 
         The thesis advises 2 (four times the limiting frequency), since the limit is tight and essential only.
         """

@@ -2,7 +2,7 @@
 """The frequency transfer kernel K(ω, ν): how much of frequency ν of g arrives at frequency ω of g(f(x)).
 
 K depends on f alone (Eq. 4.6). It is small inside a cone about the ω axis whose edges are the extreme slopes of f
-(Eq. 4.11), and beyond an edge it dies like the Airy function (Eq. 4.18). That edge is the bound of ``composite_bandlimit``.
+(Eq. 4.11), and beyond an edge it dies like the Airy function (Eq. 4.18). That edge is the stated band limit.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class ConeEdge:
     """(p,) f'''(x_e): negative where f' is largest, positive where it is smallest."""
 
     def airy_kernel(self, omega: ArrayLike, nu: ArrayLike) -> NDArray[np.complex128]:
-        """K near this edge by the third-order stationary phase, Eq. 4.18 in Cartesian frequencies; ω and ν broadcast, ν ≠ 0.
+        """K near this edge by third-order stationary phase: Eq. 4.18 in Cartesian frequencies; ω, ν broadcast, ν ≠ 0.
 
         Each x_e adds |α| Ai(α (ν f'(x_e) − ω)) exp(i(ν f(x_e) − ω x_e)) with α = (2 / (ν f'''(x_e)))^(1/3).
         """
@@ -97,7 +97,7 @@ class ConeEdge:
 
 
 def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
-    """The lower and upper edge of the cone of f (one variable): its smallest and its largest slope, from a quintic spline.
+    """The lower and upper edge of the cone of f (one variable): its extreme slopes, from a quintic spline.
 
     An extreme at an end of the interval has no turning point and hence no Airy edge: InvalidInputError says so.
     """
@@ -127,7 +127,8 @@ def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
         scale = np.ptp(first(positions))
         if not candidates.any() or abs(slope - ends) > 1e-3 * scale + 1e-12:
             raise InvalidInputError(
-                "the extreme slope of f lies at an end of its interval, not at a turning point of f'; give f over a longer interval"
+                "the extreme slope of f lies at an end of its interval, not at a turning point of f'; "
+                "give f over a longer interval"
             )
         chosen = candidates & (np.abs(slopes - slope) <= 1e-6 * scale)
         edges.append(ConeEdge(slope, turning[chosen], spline(turning[chosen]), thirds[chosen]))

@@ -54,8 +54,8 @@ def sample_composition(
 ) -> RegularSamples:
     """Samples of g(f(x)) over ``interval`` at ``oversampling`` times the Nyquist rate of the angular ``frequency``.
 
-    Give ``CompositeBandlimit.frequency`` or ``.product_frequency`` to compare the two bounds. ``margin`` more samples on
-    each side keep the truncation of the sinc series away from the interval; f and g must be defined there.
+    Give ``CompositeBandlimit.frequency`` or ``.product_frequency`` to compare the two bounds. ``margin`` more samples
+    on each side keep the truncation of the sinc series away from the interval; f and g must be defined there.
     """
     low, high = interval
     if not low < high:
@@ -66,7 +66,7 @@ def sample_composition(
     inside = math.ceil((high - low) / distance)
     if inside > 10_000_000:
         raise InvalidInputError(
-            f"{inside} samples over {low} to {high} were asked for; lower the frequency ({frequency:g}) or the interval"
+            f"{inside} samples over {low} to {high} were asked for; lower the frequency, {frequency:g}"
         )
     start = low - margin * distance
     positions = start + distance * np.arange(inside + 1 + 2 * margin)
@@ -74,7 +74,7 @@ def sample_composition(
 
 
 def reconstruction_snr(samples: RegularSamples, function: Function, count: int = 4096) -> float:
-    """Signal to noise ratio in dB, 10 log10(|h|² / |h − r|²), of the interpolant against ``function`` over the interval."""
+    """Signal to noise ratio in dB, 10 log10(|h|² / |h − r|²), of the interpolant r against ``function`` h."""
     x = np.linspace(*samples.interval, count)
     expected = np.asarray(function(x), dtype=np.float64)
     noise = float(np.sum((expected - samples(x)) ** 2))

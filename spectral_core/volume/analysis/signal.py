@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A regularly sampled function of one or more variables, its essential band limit and its steepest slope.
 
-All frequencies of ``spectral_core.volume.analysis`` are angular: radians per unit of the variable. A function that holds
-nothing above ``omega`` is sampled at the Nyquist rate by a sample every ``pi / omega``.
+All frequencies of ``spectral_core.volume.analysis`` are angular: radians per unit of the variable. A function that
+holds nothing above ``omega`` is sampled at the Nyquist rate by a sample every ``pi / omega``.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class SampledFunction:
     def of(
         cls, function: Callable[[NDArray], ArrayLike], low: float, high: float, count: int, *, periodic: bool = False
     ) -> SampledFunction:
-        """``count`` samples of ``function`` over [low, high]; a periodic one leaves ``high`` out, since it repeats ``low``."""
+        """``count`` samples of ``function`` over [low, high]; a periodic one leaves out ``high``."""
         if not low < high:
             raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
         if count < 3:
@@ -126,7 +126,7 @@ def energy_beyond(signal: SampledFunction, angular_frequency: float) -> float:
 
 
 def essential_bandlimit(signal: SampledFunction, energy: float = 0.999) -> float:
-    """Smallest angular frequency below which the fraction ``energy`` of the energy about the mean lies; 0 for a constant.
+    """Smallest angular frequency that keeps the fraction ``energy`` of the energy about the mean; 0 for a constant.
 
     Functions with kinks have no band limit; this is what stands for ν_g of Eq. 4.14 then. The answer is one of the
     signal's own spectral frequencies, so a longer or finer grid resolves it better.
