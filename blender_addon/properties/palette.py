@@ -7,10 +7,13 @@ from bpy.props import (
     CollectionProperty,
     EnumProperty,
     FloatProperty,
+    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
+
+from spectral_core.color import WHITE_XYZ
 
 from .live import edited
 from .palette_cell import SpectralPaletteCell
@@ -53,6 +56,9 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
     )
     looks_white: BoolProperty(
         name="Look White", default=False, update=edited, description="The light itself must look white (D65)"
+    )
+    white_xyz: FloatVectorProperty(
+        name="White", size=3, default=tuple(WHITE_XYZ), description="The white that it must look like, as XYZ; D65"
     )
     use_primaries: BoolProperty(
         name="Mix from Lamps", default=False, update=edited,

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from spectral_core.color import WHITE_XYZ, linear_from_display_rgb
+from spectral_core.color import linear_from_display_rgb
 from spectral_core.errors import InvalidInputError
 from spectral_core.observer import normalized
 from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution
@@ -82,7 +82,7 @@ def _light(palette, light, grid: SpectralGrid) -> PaletteLight:
         normalized(start.resampled(grid, average=True), luminance=luminance),
         free=True,
         primaries=primaries,
-        white_xyz=WHITE_XYZ if light.looks_white else None,
+        white_xyz=np.array(light.white_xyz) if light.looks_white else None,
         luminance=luminance if light.keeps_luminance else None,
     )
 
