@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Palettes to start from, one function each, all returning a ``PaletteProblem``.
 
-Colors are linear sRGB unless said otherwise. Every preset designs on 380 to 780 nm with linear interpolation, so that the
-colors hold when rendered.
+Colors are linear sRGB unless said otherwise. Every preset designs on 380 to 780 nm with linear interpolation, so that
+the colors hold when rendered.
 """
 
 from __future__ import annotations
