@@ -13,7 +13,7 @@ from spectral_core.spectrum import Illuminant
 from . import operations
 from .fields import LUMINANCE, Field, Mixed, combine, mean_color
 from .nodes import Input, Output
-from .paints import Reader, evaluator
+from .reader import Reader, evaluator
 
 MIX_SUFFIX = {"RGBA": "Color", "FLOAT": "Float", "VECTOR": "Vector", "ROTATION": "Rotation"}
 

@@ -13,7 +13,7 @@ from .fields import Field
 from .images import image_of_node
 from .meshes import GENERATED
 from .nodes import Input, Output, linked
-from .paints import NEUTRAL, Reader, evaluator
+from .reader import NEUTRAL, Reader, evaluator
 
 
 @evaluator("TEX_IMAGE")

@@ -15,7 +15,7 @@ from spectral_core.spectrum import Spectrum
 from . import spectra
 from .context import Translation
 from .fields import Field, Mixed, combine, mean_color, needs_mean, paint_of, scalar_of
-from .nodes import Input, Output, linked
+from .nodes import Input, Output
 
 NEUTRAL = 0.5
 """Gray that stands in for a picture or pattern that cannot be had."""
@@ -111,6 +111,16 @@ class Reader:
             return Mixed(amount, first, second)
         return combine(lambda f, a, b: (1 - f) * a + f * b, parts)
 
+    def factor(self, place: Input | None, fallback: float) -> Scalar:
+        """Factor of a mix, held within [0, 1] as Blender does."""
+        value = self.scalar(place, fallback)
+        if isinstance(value, float):
+            return min(max(value, 0.0), 1.0)
+        pixels = value.pixels
+        if pixels.dtype != np.uint8 and (pixels.min() < 0 or pixels.max() > 1):
+            return scalar_of(combine(lambda f: np.clip(f, 0, 1), [value]))
+        return value
+
     def vector(self, place: Input | None, fallback: float) -> np.ndarray:
         """A vector socket (3,) that does not vary."""
         value = fallback if place is None else self.field(place)
@@ -118,22 +128,6 @@ class Reader:
             self.note("a texture mapping that itself varies is not understood; its mean was used")
             value = mean_color(value)
         return np.broadcast_to(np.asarray(value, dtype=np.float64), (3,))
-
-
-def dominant_factor(reader: Reader, place: Input | None, fallback: float) -> Scalar:
-    """Factor of a mix, held within [0, 1] as Blender does."""
-    value = reader.scalar(place, fallback)
-    if isinstance(value, float):
-        return min(max(value, 0.0), 1.0)
-    pixels = value.pixels
-    if pixels.dtype != np.uint8 and (pixels.min() < 0 or pixels.max() > 1):
-        return scalar_of(combine(lambda f: np.clip(f, 0, 1), [value]))
-    return value
-
-
-def has_link(output: Output, name: str) -> bool:
-    """Whether something feeds an input of a node."""
-    return linked(output.input(name)) is not None
 
 
 EVALUATORS: dict[str, Callable[[Reader, Output], Field]] = {}
@@ -149,6 +143,3 @@ def evaluator(*kinds: str) -> Callable[[Callable[[Reader, Output], Field]], Call
         return function
 
     return enter
-
-
-from . import color_nodes, texture_nodes  # noqa: E402, F401  (they fill EVALUATORS)
