@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from .properties import spectrum
+from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum
 
-MODULES = (spectrum,)
+MODULES = (spectrum, palette_cell, palette, render, scene, live, palette_solve)
 
 
 def register() -> None:

@@ -92,11 +92,12 @@ def _renderer() -> list[Finding]:
     from spectral_core.render import variant
 
     backend = variant.describe_backend()
+    llvm = backend.llvm_path or "no LLVM 15 or newer found"
+    remedy = "Debian, Ubuntu: apt install libllvm19; or set DRJIT_LIBLLVM_PATH to your libLLVM.so"
     return [
-        Finding("LLVM", backend.llvm_path is not None, backend.llvm_path or "no LLVM 15 or newer found", "fast rendering",
-                "Debian, Ubuntu: apt install libllvm19; or set DRJIT_LIBLLVM_PATH to your libLLVM.so"),
+        Finding("LLVM", backend.llvm_path is not None, llvm, "fast rendering", remedy),
         Finding("renderer", backend.works, backend.summary, "rendering", backend.remedy),
-    ]  # fmt: skip
+    ]
 
 
 def _blender_loads() -> list[Finding]:

@@ -70,19 +70,31 @@ def strength_of(owner) -> float:
     return 1.0 if spectral is None or spectral.source == "NONE" else spectral.strength
 
 
-def _stored(spectral, kind: str, fallback_name: str) -> Spectrum:
+def stored_samples(spectral) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (n,) in nm and values (n,) as they are stored; both empty where nothing is."""
     columns = np.empty((2, len(spectral.samples)), dtype=np.float32)
     spectral.samples.foreach_get("wavelength_nm", columns[0])
     spectral.samples.foreach_get("value", columns[1])
     wavelengths, values = columns.astype(np.float64)
+    return wavelengths, values
+
+
+def _stored(spectral, kind: str, fallback_name: str) -> Spectrum:
+    wavelengths, values = stored_samples(spectral)
     grid = SpectralGrid(wavelengths, spectral.interpolation.lower())
     return catalogue.KINDS[kind](spectral.spectrum_name or fallback_name, grid, values, source=spectral.origin)
 
 
-def store_spectrum(spectral, spectrum: Spectrum, source: str = "DESIGNED", *, strength: float = 1.0) -> None:
-    """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES. Raises InvalidInputError for a wrong kind."""
+def store_spectrum(
+    spectral, spectrum: Spectrum, source: str = "DESIGNED", *, strength: float = 1.0, physical: bool = True
+) -> None:
+    """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES.
+
+    Raises InvalidInputError where it is not what its owner can have, a reflectance in [0, 1] or a light of no negative
+    power, unless ``physical`` is False: then it is kept to be drawn, and reading it with spectrum_of() raises.
+    """
     expected = catalogue.KINDS[kind_of(owner_of(spectral))]
-    if type(spectrum) is not expected:
+    if physical and type(spectrum) is not expected:
         spectrum = expected(spectrum.name, spectrum.grid, spectrum.values, source=spectrum.source)
     _write_samples(spectral, spectrum)
     with quiet():
@@ -97,9 +109,10 @@ def clear_spectrum(spectral) -> None:
 
 
 def _write_samples(spectral, spectrum: Spectrum) -> None:
-    spectral.samples.clear()
-    for _ in range(spectrum.grid.size):
-        spectral.samples.add()
+    if len(spectral.samples) != spectrum.grid.size:
+        spectral.samples.clear()
+        for _ in range(spectrum.grid.size):
+            spectral.samples.add()
     spectral.samples.foreach_set("wavelength_nm", spectrum.grid.wavelengths_nm.astype(np.float32))
     spectral.samples.foreach_set("value", spectrum.values.astype(np.float32))
     spectral.interpolation = spectrum.grid.interpolation.upper()

@@ -215,7 +215,8 @@ def checked(problem: LinkedLeastSquares, x: Array, multipliers: Array | None = N
     error = float(np.abs(matrix @ x - target).max())
     free = (x > problem.lower + 1e-9) & (x < problem.upper - 1e-9)
     scale = problem.scale
-    fitted, *_ = np.linalg.lstsq((matrix[:, free].T / scale[free][:, None]), -gradient[free] / scale[free], rcond=1e-13)
+    columns = matrix.toarray()[:, free].T / scale[free][:, None]
+    fitted, *_ = np.linalg.lstsq(columns, -gradient[free] / scale[free], rcond=1e-13)
     candidates = [fitted] if multipliers is None else [fitted, multipliers]
     kkt = min(_residual(problem, x, gradient + matrix.T @ each) for each in candidates)
     return Check(kkt, outside, error)

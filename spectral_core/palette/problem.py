@@ -142,7 +142,12 @@ class PaletteLight:
     """Other lights under which this column's same, black and constant cells should hold too."""
 
     def __post_init__(self) -> None:
-        given = [word for word in ("primaries", "white_xyz", "luminance") if getattr(self, word) not in ((), None)]
+        wishes = {
+            "primaries": bool(self.primaries),
+            "white_xyz": self.white_xyz is not None,
+            "luminance": self.luminance is not None,
+        }
+        given = [word for word, asked in wishes.items() if asked]
         if given and not self.free:
             raise InvalidInputError(
                 f"light {self.name!r} is fixed, so {', '.join(given)} cannot be asked of it; free it"
