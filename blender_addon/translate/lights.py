@@ -42,7 +42,7 @@ def translate_light(translation: Translation, name: str, lamp: Any, placed: tupl
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size
     if not compat.light_is_normalized(lamp):
-        power *= np.pi * radius**2
+        power *= 4 * np.pi * radius**2  # then its strength is its radiant exitance
     if lamp.type == "SPOT":
         if lamp.use_square:
             translation.note(name, "a square spot light is shown as a round one")
@@ -56,7 +56,7 @@ def _sun_area(lamp: Any) -> float:
     """Solid angle's projected area of a sun whose strength is its radiance; 1 where it is its irradiance."""
     if compat.light_is_normalized(lamp):
         return 1.0
-    return float(np.pi * np.tan(min(lamp.angle, 3.1) / 2) ** 2)
+    return float(np.pi * np.sin(lamp.angle / 2) ** 2)
 
 
 def _area(

@@ -17,7 +17,8 @@ from .lights import translate_light
 from .materials import Dressed, translate_material
 from .meshes import GENERATED, translate_mesh, uv_layer
 
-TO_MESH = ("MESH", "CURVE", "SURFACE", "FONT", "META")
+AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
+"""Objects whose faces, where they have any, Blender lists as a mesh instance of its own."""
 LEFT_OUT = {
     "CURVES": "hair curves are not rendered; convert them to a mesh to see them",
     "POINTCLOUD": "point clouds are not rendered; instance a mesh on the points to see them",
@@ -79,11 +80,11 @@ def _collect_one(found: Collected, thing: Any, instance: Any) -> None:
         light = translate_light(translation, name, thing.data, placed)
         if light is not None:
             found.lights.append(light)
-    elif thing.type in TO_MESH:
+    elif thing.type == "MESH":
         _collect_mesh(found, thing, instance)
     elif thing.type == "VOLUME" and VOLUME_TRANSLATOR is not None:
         VOLUME_TRANSLATOR(found, thing, instance)
-    elif thing.type not in UNSEEN:
+    elif thing.type not in AS_MESH + UNSEEN:
         translation.note(thing.name, LEFT_OUT.get(thing.type, f"objects of type {thing.type.lower()} are not rendered"))
 
 
@@ -99,7 +100,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
         return
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
     dressed += [dressed[-1]] * (highest + 1 - len(dressed))  # a face past the last slot wears the last, as in Blender
-    if uv_map not in (None, GENERATED) and thing.type == "MESH" and uv_layer(thing.data, uv_map or "") is None:
+    if uv_map not in (None, GENERATED) and uv_layer(thing.data, uv_map or "") is None:
         which = f"no UV map {uv_map!r}" if uv_map else "no UV map"
         found.translation.note(thing.name, f"it has {which} for the images on it; they show their corner pixel")
     _note_visibility(found.translation, thing)
@@ -136,16 +137,9 @@ def _uv_map(found: Collected, thing: Any, dressed: list[Dressed]) -> str | None:
 
 def _mesh(found: Collected, thing: Any, uv_map: str | None) -> Mesh | None:
     """Mesh of an evaluated object, shared by all that have the same evaluated data."""
-    is_mesh = thing.type == "MESH"
-    key = (thing.data.as_pointer() if is_mesh else thing.as_pointer(), uv_map)
+    key = (thing.data.as_pointer(), uv_map)
     if key not in found.meshes:
-        source = thing.data if is_mesh else thing.to_mesh()
-        try:
-            name = found.unique("mesh", thing.data.name_full)
-            found.meshes[key] = None if source is None else translate_mesh(name, source, uv_map)
-        finally:
-            if not is_mesh:
-                thing.to_mesh_clear()
+        found.meshes[key] = translate_mesh(found.unique("mesh", thing.data.name_full), thing.data, uv_map)
     return found.meshes[key]
 
 

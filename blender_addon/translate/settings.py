@@ -8,26 +8,25 @@ from typing import Any
 
 from spectral_core.scene import RenderSettings
 
+from ..properties.render import overrides_of
+
 
 @dataclass(frozen=True)
 class Sampling:
     """Samples per pixel, and the seed of their random numbers."""
 
-    samples: int = 64
-    seed: int = 0
+    samples: int
+    seed: int
 
 
 def sampling_of(scene: Any) -> Sampling:
-    """Samples and seed of a Blender scene."""
-    settings = getattr(scene, "spectral", None)
-    if settings is None:
-        return Sampling()
+    """Samples and seed of a Blender scene; an animated seed is the artist's own affair."""
+    settings = scene.spectral.render
     return Sampling(settings.samples, settings.seed)
 
 
 def settings_of(scene: Any) -> RenderSettings:
-    """What the artist fixed; what is left at AUTO is the plan's to decide."""
-    settings = getattr(scene, "spectral", None)
-    if settings is None:
-        return RenderSettings()
-    return RenderSettings()
+    """What the artist fixed; what is left automatic is the plan's to decide."""
+    chosen = overrides_of(scene.spectral.render)
+    transport = chosen.pop("transport", None)
+    return RenderSettings(transport=transport, overrides=tuple(sorted(chosen.items())))  # type: ignore[arg-type]
