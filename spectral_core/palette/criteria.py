@@ -13,7 +13,9 @@ from spectral_core.spectrum import SpectralGrid
 Array = NDArray[np.float64]
 
 REFERENCE_STEP_NM = 10.0
-"""Step at which the mended roughness equals the thesis' plain second differences."""
+"""Step at which the mended roughness equals the thesis' plain second differences.
+
+Lights enter their roughness as power per this step, as in the thesis, where a light of luminance 6 is about 0.5."""
 
 
 def second_differences(grid: SpectralGrid, operator: str = "mended") -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.color import XYZ_FROM_RGB, lab_jacobian_from_linear_rgb
-from spectral_core.palette.criteria import second_differences, subspace_errors
+from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences, subspace_errors
 from spectral_core.palette.least_squares import Block, Link, LinkedLeastSquares
 from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.state import PaletteState
@@ -159,7 +159,8 @@ class PhaseBuilder:
     def _block(self, view: _View, item: int, rows: _Rows) -> Block:
         size = view.size_of(item)
         if view.basis_of(item) is None and self.wishes.smoothness > 0:
-            rows.add(self._roughness, np.zeros(size))
+            unit = REFERENCE_STEP_NM if view.side == "lights" else 1.0
+            rows.add(unit * self._roughness, np.zeros(size))
         low, high = self.problem.reflectance_bounds if view.side == "reflectances" else self.problem.light_bounds
         if view.side == "lights":
             self._hold_light(view, item, rows)

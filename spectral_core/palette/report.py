@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.color import delta_e_2000, lab_from_linear_rgb
-from spectral_core.palette.criteria import second_differences
+from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
 from spectral_core.palette.least_squares import Check
 from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.problem import CellIndex, PaletteProblem
@@ -134,10 +134,9 @@ def _status(
 def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:
     """Root mean square of what each criterion leaves, unweighted."""
     operator = second_differences(builder.problem.grid, builder.problem.smoothness_operator)
-    grid_size = builder.problem.grid.size
-    shapes = [
-        values for values in (*state.reflectances, *state.lights) if values is not None and values.size == grid_size
-    ]
+    lights = zip(state.lights, state.light_bases, strict=True)
+    shapes = [values for values in state.reflectances if values is not None]
+    shapes += [REFERENCE_STEP_NM * values for values, basis in lights if values is not None and basis is None]
     known = np.isfinite(wanted)
     result = {
         "color": float(np.sqrt(np.mean((wanted - actual)[known] ** 2))) if known.any() else 0.0,
