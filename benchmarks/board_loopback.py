@@ -73,15 +73,17 @@ def _drive(
 ) -> dict[str, Any]:  # fmt: skip
     start, sent, backlog, motors = time.monotonic(), 0, [], 0
     next_poll, total = start, int(seconds * RATE)
+    sent_at: dict[str, float] = {}
     while sent < total:
         now = time.monotonic()
         while sent < min(total, int((now - start) * RATE) + 1):
             fader = sent % FADERS
+            sent_at[f"n{fader}"] = time.monotonic()
             send(controls[fader], (sent // FADERS % 101) / 100)
             sent += 1
         if now >= next_poll:
             pump()
-            backlog += _apply(board, numbers)
+            backlog += _apply(board, numbers, sent_at)
             motors += len(board.motors(time.monotonic()))
             next_poll += 1 / 60
         time.sleep(0.0005)
@@ -89,7 +91,7 @@ def _drive(
         send(control, 0.5)
     time.sleep(0.1)
     pump()
-    _apply(board, numbers)
+    _apply(board, numbers, sent_at)
     ordered = sorted(backlog)
     right = all(abs(value - 0.5) < 1e-4 for value in numbers.values())
     return {"sent": sent + FADERS, "received": board.received, "worst_backlog_ms": 1000 * ordered[-1],
@@ -97,7 +99,8 @@ def _drive(
             "motor_messages_while_moving": motors}  # fmt: skip
 
 
-def _apply(board: Board, numbers: dict[str, float]) -> list[float]:
+def _apply(board: Board, numbers: dict[str, float], sent_at: dict[str, float]) -> list[float]:
+    """Seconds from the sending of the message that each changed number came from to now."""
     changes = board.poll()
     numbers.update({change.target: change.value for change in changes})
-    return [time.monotonic() - change.time for change in changes]
+    return [time.monotonic() - sent_at[change.target] for change in changes]
