@@ -103,7 +103,7 @@ def _require_appliable(palette) -> None:
         raise InvalidInputError("the palette is not solved yet; press Solve first")
     if palette.is_stale:
         raise InvalidInputError(
-            f"the palette has changed since it was solved; solve it again. {palette.message}".strip()
+            f"the palette has changed since it was solved; solve it. {palette.message}".strip()
         )
     if palette.allow_negative:
         raise InvalidInputError("unphysical spectra cannot be applied; switch Unphysical Spectra off and solve again")
