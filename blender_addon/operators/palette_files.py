@@ -113,7 +113,9 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
         ]
         moved = write_swatches(self.filepath, swatches, clip=self.clip)
         if moved:
-            self.report({"WARNING"}, f"{len(moved)} colors were outside the gamut and were moved: {', '.join(moved[:4])}")
+            self.report(
+                {"WARNING"}, f"{len(moved)} colors were outside the gamut and were moved: {', '.join(moved[:4])}"
+            )
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -26,9 +26,9 @@ def store_plan(settings, plan) -> None:
 def _make_plan(context) -> None:
     from spectral_core.render.plan import plan_effects
 
-    from ..translate.scene import scene_from_depsgraph
+    from ..translate.scene import translate_scene
 
-    translated = scene_from_depsgraph(context.evaluated_depsgraph_get())
+    translated = translate_scene(context.evaluated_depsgraph_get())
     store_plan(context.scene.spectral.render, plan_effects(translated))
 
 
@@ -54,6 +54,9 @@ class SPECTRAL_OT_plan_override(bpy.types.Operator):
     value: StringProperty(name="Value", description="What to simulate, such as 'spectral', 'off' or '4'")
 
     def invoke(self, context, _event):
+        line = context.scene.spectral.render.plan.get(self.effect)
+        if line is not None and line.choices:
+            return self.execute(context)
         return context.window_manager.invoke_props_dialog(self)
 
     @reporting
