@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,12 @@ import numpy as np
 
 from spectral_core import datasets
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.observer import normalized, xyz_of
+from spectral_core.observer import normalized, xyz_from_spectrum
+from spectral_core.palette.presets import sine_light
 from spectral_core.spectra_files import SpectrumKind, read_spectra
 from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
-SOURCES = ("catalogue", "file", "values")
+SOURCES = ("catalogue", "file", "values", "sine_nm")
 
 
 def encoded_grid(grid: SpectralGrid) -> dict[str, Any]:
@@ -49,7 +51,7 @@ def decoded_grid(table: dict[str, Any]) -> SpectralGrid:
 
 def encoded_spectrum(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any]:
     """The catalogue's name where that gives exactly the same numbers, else samples."""
-    named = _catalogue_entry(spectrum)
+    named = _catalogue_entry(spectrum) or _sine_entry(spectrum, grid)
     if named is not None:
         return named
     table: dict[str, Any] = {"name": spectrum.name}
@@ -79,6 +81,8 @@ def decoded_spectrum(
         raise InvalidInputError(f"a spectrum from the {given[0]} has wavelengths of its own; leave wavelengths_nm out")
     if given[0] == "catalogue":
         spectrum = _from_catalogue(table, kind)
+    elif given[0] == "sine_nm":
+        return sine_light(float(table["sine_nm"]), grid, luminance=float(table.get("luminance", 1.0)))
     elif given[0] == "file":
         spectrum = _from_file(table, kind, folder)
     else:
@@ -136,7 +140,25 @@ def _catalogue_entry(spectrum: Spectrum) -> dict[str, Any] | None:
     if np.array_equal(measured.values, spectrum.values):
         return {"catalogue": spectrum.name}
     if isinstance(measured, Illuminant):
-        luminance = round(float(xyz_of(spectrum)[1]), 12)
+        luminance = _round_luminance(spectrum)
         if luminance > 0 and np.array_equal(normalized(measured, luminance=luminance).values, spectrum.values):
             return {"catalogue": spectrum.name, "luminance": luminance}
     return None
+
+
+def _sine_entry(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any] | None:
+    """``{sine_nm, luminance}`` for the thesis' start lights, if it decodes to the same numbers."""
+    match = re.fullmatch(r"sine ([\d.]+) nm", spectrum.name)
+    if match is None or not isinstance(spectrum, Illuminant) or not spectrum.grid.same_as(grid):
+        return None
+    luminance = _round_luminance(spectrum)
+    if luminance <= 0 or not np.array_equal(
+        sine_light(float(match[1]), grid, luminance=luminance).values, spectrum.values
+    ):
+        return None
+    return {"sine_nm": float(match[1]), "luminance": luminance}
+
+
+def _round_luminance(light: Spectrum) -> float:
+    """Y of a light as a person would have stated it."""
+    return round(float((xyz_from_spectrum(light.grid) @ light.values)[1]), 12)

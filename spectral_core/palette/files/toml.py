@@ -19,6 +19,8 @@ def toml_text(document: dict[str, Any]) -> str:
     tables = {name: value for name, value in document.items() if _is_table_like(value)}
     lines += [f"{_key(name)} = {_value(value)}" for name, value in document.items() if _is_plain(value, tables, name)]
     for name, value in tables.items():
+        if not value:
+            continue
         for item in value if isinstance(value, list) else [value]:
             bracket = f"[[{_key(name)}]]" if isinstance(value, list) else f"[{_key(name)}]"
             entries = [f"{_key(key)} = {_value(entry)}" for key, entry in item.items() if entry is not None]
