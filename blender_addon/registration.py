@@ -3,9 +3,29 @@
 
 from __future__ import annotations
 
+from .drawing import icons
+from .operators import palette_solve as solve_operators
+from .operators import palette_table as table_operators
+from .operators import spectrum as spectrum_operators
+from .panels import palette as palette_panels
+from .panels import spectrum as spectrum_panels
 from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum
 
-MODULES = (spectrum, palette_cell, palette, render, scene, live, palette_solve)
+MODULES = (
+    spectrum,
+    palette_cell,
+    palette,
+    render,
+    scene,
+    live,
+    palette_solve,
+    icons,
+    table_operators,
+    solve_operators,
+    spectrum_operators,
+    spectrum_panels,
+    palette_panels,
+)
 
 
 def register() -> None:

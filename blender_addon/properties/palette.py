@@ -91,6 +91,8 @@ class SpectralPaletteConflict(bpy.types.PropertyGroup):
 
     material_uid: IntProperty()
     light_uid: IntProperty()
+    relief_material_uid: IntProperty()
+    relief_light_uid: IntProperty()
     text: StringProperty()
 
 

@@ -55,7 +55,9 @@ def _require_storable(problem: PaletteProblem) -> None:
             "the table knows physical spectra, or no bounds at all"
         )
     if problem.subspace is not None:
-        raise InvalidInputError("this palette has a subspace criterion, which the table has no place for; use the library")
+        raise InvalidInputError(
+            "this palette has a subspace criterion, which the table has no place for; use the library"
+        )
 
 
 def _store_settings(palette, problem: PaletteProblem) -> None:

@@ -76,7 +76,9 @@ def _light(palette, light, grid: SpectralGrid) -> PaletteLight:
     primaries = ()
     if light.use_primaries:
         if not len(light.primaries):
-            raise InvalidInputError(f"light {light.name!r} is mixed from lamps, but its list of lamps is empty; add some")
+            raise InvalidInputError(
+                f"light {light.name!r} is mixed from lamps, but its list of lamps is empty; add some"
+            )
         primaries = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.primaries)
     return PaletteLight(
         normalized(start.resampled(grid, average=True), luminance=luminance),
@@ -152,6 +154,9 @@ def store_solution(palette, solution: PaletteSolution) -> None:
         row, column = conflict.cell
         entry.material_uid, entry.light_uid = palette.materials[row].uid, palette.lights[column].uid
         entry.text = conflict.text
+        if conflict.relieved_by:
+            row, column = conflict.relieved_by[0]
+            entry.relief_material_uid, entry.relief_light_uid = palette.materials[row].uid, palette.lights[column].uid
 
 
 def _store_result(result, spectrum, kind: type) -> None:

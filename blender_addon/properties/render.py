@@ -29,7 +29,9 @@ class SpectralRender(bpy.types.PropertyGroup):
     viewport_samples: IntProperty(
         name="Viewport Samples", default=16, min=1, soft_max=1024, description="Light paths per pixel in the viewport"
     )
-    seed: IntProperty(name="Seed", default=0, min=0, description="Start of the random numbers: the same seed, the same noise")
+    seed: IntProperty(
+        name="Seed", default=0, min=0, description="Start of the random numbers: the same seed, the same noise"
+    )
     transport: EnumProperty(
         name="Transport", default="AUTO", description="How light is carried through the scene",
         items=[

@@ -45,15 +45,15 @@ def kind_of(owner) -> str:
     return "illuminant" if emits else "reflectance"
 
 
-def spectrum_of(owner) -> Spectrum | None:
+def spectrum_of(owner, attribute: str = "spectral") -> Spectrum | None:
     """The Illuminant or Reflectance that ``owner`` carries, None where its color is meant.
 
     ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
     color of the surface, on a node for that node's color; the node's comes before the material's. An illuminant is
-    relative: ``strength_of(owner)`` tells how bright. Raises InvalidInputError where a spectrum is asked for and none
+    relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored. Raises InvalidInputError where a spectrum is asked for and none
     could be read; the message is fit to be shown.
     """
-    spectral = getattr(owner, "spectral", None)
+    spectral = getattr(owner, attribute, None)
     if spectral is None or spectral.source == "NONE":
         return None
     if not len(spectral.samples):
