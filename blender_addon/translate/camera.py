@@ -25,7 +25,9 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         )
     matrix = np.asarray(camera.matrix_world, dtype=np.float64)
     if camera.type != "CAMERA":
-        translation.note(camera.name, f"this {camera.type.lower()} is the scene's camera; it looks with a lens of 50 mm")
+        translation.note(
+            camera.name, f"this {camera.type.lower()} is the scene's camera; it looks with a lens of 50 mm"
+        )
         return Camera(world_from_camera=rigid(matrix), field_of_view_rad=2 * np.arctan(36 / 100))
     lens = camera.data
     if lens.type == "PANO":

@@ -46,9 +46,7 @@ def translate_light(translation: Translation, name: str, lamp: Any, placed: tupl
     if lamp.type == "SPOT":
         if lamp.use_square:
             translation.note(name, "a square spot light is shown as a round one")
-        return SpotLight(
-            **shared, power_w=power, radius=radius, cone_angle_rad=lamp.spot_size, blend=lamp.spot_blend
-        )
+        return SpotLight(**shared, power_w=power, radius=radius, cone_angle_rad=lamp.spot_size, blend=lamp.spot_blend)
     return PointLight(**shared, power_w=power, radius=radius)
 
 

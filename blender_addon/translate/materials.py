@@ -51,7 +51,8 @@ def translate_material(translation: Translation, material: Any) -> Dressed:
     if spectrum is not None and surface is not None:
         surface = with_spectrum(surface, spectrum)
     if len(reader.uv_maps) > 1:
-        shown = ", ".join(repr(uv_map) if uv_map.isprintable() and uv_map else "the active one" for uv_map in reader.uv_maps)
+        shown = ", ".join(
+            repr(uv_map) if uv_map.isprintable() and uv_map else "the active one" for uv_map in reader.uv_maps
+        )
         reader.note(f"its images lie on different coordinates ({shown}); all were laid on the first")
     return Dressed(Material(name, surface, medium), reader.uv_maps[0] if reader.uv_maps else None)
-

@@ -125,5 +125,3 @@ def linked(place: Input | None) -> Output | None:
         return None
     source = place.source()
     return source if isinstance(source, Output) else None
-
-

@@ -45,7 +45,9 @@ def surface_of(reader: Reader, place: Input | None) -> Surface:
         return Diffuse(_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
     for name in ("Normal", "Coat Normal"):
         if linked(source.input(name)) is not None:
-            reader.note(f"bump and normal maps ({name} of {source.label!r}) are not simulated; the surface stays smooth")
+            reader.note(
+                f"bump and normal maps ({name} of {source.label!r}) are not simulated; the surface stays smooth"
+            )
     return read(reader, source)
 
 

@@ -67,7 +67,9 @@ def _mesh(name, vertices, faces, material=None):
 
 def _plane(name="Plane", size=2.0, material=None):
     half = size / 2
-    made = _mesh(name, [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [(0, 1, 2, 3)], material)
+    made = _mesh(
+        name, [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [(0, 1, 2, 3)], material
+    )
     uvs = made.data.uv_layers.new(name="UVMap")
     uvs.uv.foreach_set("vector", np.array([0, 0, 1, 0, 1, 1, 0, 1], dtype=np.float32))
     return made
