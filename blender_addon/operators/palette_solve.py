@@ -102,9 +102,7 @@ def _require_appliable(palette) -> None:
     if not palette.status:
         raise InvalidInputError("the palette is not solved yet; press Solve first")
     if palette.is_stale:
-        raise InvalidInputError(
-            f"the palette has changed since it was solved; solve it again. {palette.message}".strip()
-        )
+        raise InvalidInputError(f"the palette has changed since it was solved; solve it. {palette.message}".strip())
     if palette.allow_negative:
         raise InvalidInputError("unphysical spectra cannot be applied; switch Unphysical Spectra off and solve again")
     if palette.status in ("inaccurate", "invisible"):

@@ -66,9 +66,9 @@ def _draw_status(layout, context, palette) -> None:
     icon, words = STATUS[palette.status]
     row = layout.row()
     row.alert = palette.status != "solved"
-    row.label(
-        text="Changed: press Solve" if palette.is_stale else words, icon="FILE_REFRESH" if palette.is_stale else icon
-    )
+    if palette.is_stale:
+        icon, words = "FILE_REFRESH", "Changed: press Solve"
+    row.label(text=words, icon=icon)
     facts = row.row()
     facts.alignment = "RIGHT"
     facts.active = False

@@ -119,7 +119,7 @@ def _store_cell(palette, place: tuple[int, int], wish: Cell) -> list[str]:
     cell.exact = wish.exact
     if wish.weight > WEIGHT_LIMIT:
         return [
-            f"{material.name} under {light.name}: weight {wish.weight:g} became {WEIGHT_LIMIT:g}, the most that solvers "
-            "bear; make the cell exact to have it for sure"
+            f"{material.name} under {light.name}: weight {wish.weight:g} became {WEIGHT_LIMIT:g}, the most that "
+            "solvers bear; make the cell exact to have it for sure"
         ]
     return []

@@ -50,8 +50,8 @@ def spectrum_of(owner, attribute: str = "spectral") -> Spectrum | None:
 
     ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
     color of the surface, on a node for that node's color; the node's comes before the material's. An illuminant is
-    relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored. Raises InvalidInputError where a spectrum is asked for and none
-    could be read; the message is fit to be shown.
+    relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored.
+    Raises InvalidInputError where a spectrum is asked for and none could be read; the message is fit to be shown.
     """
     spectral = getattr(owner, attribute, None)
     if spectral is None or spectral.source == "NONE":
