@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from . import engine, jobs
 from .drawing import icons
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
@@ -25,6 +26,8 @@ MODULES = (
     spectrum_operators,
     spectrum_panels,
     palette_panels,
+    jobs,
+    engine,
 )
 
 
