@@ -44,11 +44,14 @@ def run(arguments: argparse.Namespace) -> int:
         "files": [entry["file"] for entry in written],
         "frames": written,
         "colors": _colors(scene, out),
-        "notes": list(dict.fromkeys([*_blend.missing_files(), *(note for entry in written for note in entry.pop("notes"))])),
+        "notes": list(
+            dict.fromkeys([*_blend.missing_files(), *(note for entry in written for note in entry.pop("notes"))])
+        ),
         "seconds": round(time.perf_counter() - start, 3),
     }
     for entry in written:
-        print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, {entry['transport']} ({entry['variant']})")
+        print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
+        print(f"{entry['transport']} ({entry['variant']})")
     print(f"colors: {report['colors']}")
     for note in report["notes"]:
         print(f"note: {note}")

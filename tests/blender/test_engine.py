@@ -60,7 +60,7 @@ def test_record_keeps_what_became_of_it(build, f12):
 
 def test_transparent_film(build, f12):
     bpy.context.scene.render.film_transparent = True
-    build.mesh("Left", [(-2, -2, 0), (0, -2, 0), (0, 2, 0), (-2, 2, 0)], [(0, 1, 2, 3)], glowing(build))
+    build.mesh("Left", [(-2, -2, 0), (0, -2, 0), (0, 2, 0), (-2, 2, 0)], [(0, 1, 2, 3)], build.material())
     alpha = f12()[..., 3]
     assert np.all(alpha[:, :11] == 1) and not alpha[:, 13:].any()
 
@@ -112,11 +112,13 @@ def test_an_error_reaches_the_user_and_the_next_render_works(build, f12):
 
     build.plane(material=glowing(build))
     f12()
-    with pytest.raises(RuntimeError, match="border of 0×16 pixels is empty"):
-        bpy.context.scene.render.use_border, bpy.context.scene.render.border_max_x = True, 0.0
+    settings = bpy.context.scene.spectral.render
+    wrong = settings.overrides.add()
+    wrong.name, wrong.value = "bounce", "3"
+    with pytest.raises(RuntimeError, match="no effect is named 'bounce'; did you mean 'bounces'"):
         bpy.ops.render.render()
-    assert jobs.records[-1].status == "failed" and jobs.failures()[0].message.startswith("the render border")
-    bpy.context.scene.render.use_border = False
+    assert jobs.records[-1].status == "failed" and jobs.failures()[0].message.startswith("no effect is named")
+    settings.overrides.clear()
     f12()
     assert jobs.records[-1].status == "done"
 
