@@ -169,8 +169,9 @@ class Accumulator:
         ray.has_differentials = False
         if self._plan is None:
             return ray, None, None
-        # a comb of four that slides through a quarter of the unit interval
-        comb = mi.Spectrum(*(draws[0] * 0.25 + 0.25 * k for k in range(4)))
+        # a comb of four, its first tooth anywhere: under dispersion that one stands for all
+        teeth = [0.25 * k for k in range(4)] if self._plan.teeth == 4 else [0.0] * 4
+        comb = [draws[0] + tooth - dr.floor(draws[0] + tooth) for tooth in teeth]
         cells, within = [], []
         for k in range(4):
             cell, rest = self._draw.sample_reuse(comb[k])

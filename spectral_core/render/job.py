@@ -33,7 +33,9 @@ class RenderJob:
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
         self.variant = backend.variant
         self._mitsuba = activate(backend)
-        wavelengths = plan_wavelengths(light_spectra(self.scene), bands) if plan.is_spectral else None
+        wavelengths = None
+        if plan.is_spectral:
+            wavelengths = plan_wavelengths(light_spectra(self.scene), bands, disperses=plan.is_on("dispersion"))
         try:
             loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral)
             self._scene, self._integrator = loaded.scene, self._mitsuba.load_dict(integrator_description(plan, scene))

@@ -69,11 +69,13 @@ class WavelengthPlan:
     """Density to draw wavelengths from, and what is measured.
 
     ``cumulative``: (471,) cumulative probability at the 1 nm knots, 0 first and 1 last; constant density in between.
-    ``responses``: (n_channels, 471), x̄ ȳ z̄ first.
+    ``responses``: (n_channels, 471), x̄ ȳ z̄ first. ``teeth``: different wavelengths per path, 4, or 1 where glass
+    disperses (the path of one wavelength is then not that of another).
     """
 
     cumulative: Array
     responses: Array
+    teeth: int = 4
 
     @property
     def density(self) -> Array:
@@ -81,7 +83,9 @@ class WavelengthPlan:
         return np.diff(self.cumulative)
 
 
-def plan_wavelengths(lights: Sequence[Spectrum], bands: Bands | None = None) -> WavelengthPlan:
+def plan_wavelengths(
+    lights: Sequence[Spectrum], bands: Bands | None = None, *, disperses: bool = False
+) -> WavelengthPlan:
     """Draw in proportion to what the eye gets from ``lights`` together, plus a fifth by the eye's sensitivity alone.
 
     With ``bands`` another part follows them, so that no channel is left without samples.
@@ -105,7 +109,7 @@ def plan_wavelengths(lights: Sequence[Spectrum], bands: Bands | None = None) -> 
     measured = _cells(np.abs(responses).sum(axis=0)) > 0
     density = np.where(measured, np.maximum(density, 1e-6), density)
     cumulative = np.concatenate([[0.0], np.cumsum(density)])
-    return WavelengthPlan(cumulative / cumulative[-1], responses)
+    return WavelengthPlan(cumulative / cumulative[-1], responses, 1 if disperses else 4)
 
 
 def _responses_at_1_nm() -> Array:

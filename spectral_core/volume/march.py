@@ -169,7 +169,9 @@ def _integrals(table: DeviceTable, part: Any, record: list[Any]) -> list[Any]:
     return [dr.fma(part, dr.fma(part * 0.5, record[k + c], record[k]), record[k + 2 * c]) for k in range(c)]
 
 
-def _means(table: DeviceTable, now: dict[str, Any], x: Any, part: Any, record: list[Any], integral: list[Any]) -> list[Any]:
+def _means(
+    table: DeviceTable, now: dict[str, Any], x: Any, part: Any, record: list[Any], integral: list[Any]
+) -> list[Any]:
     """Mean of each column between the last table position and ``x``.
 
     Ends that are close would cancel in float32; there the column's line through the middle stands for it.
@@ -182,8 +184,6 @@ def _means(table: DeviceTable, now: dict[str, Any], x: Any, part: Any, record: l
     inverse = dr.rcp(dr.select(far, run, 1.0))
     middle = part - 0.5 * run
     return [
-        dr.maximum(
-            dr.select(far, (integral[k] - now["S"][k]) * inverse, dr.fma(middle, record[k + c], record[k])), 0.0
-        )
+        dr.maximum(dr.select(far, (integral[k] - now["S"][k]) * inverse, dr.fma(middle, record[k + c], record[k])), 0.0)
         for k in range(c)
     ]

@@ -209,7 +209,9 @@ def array_types(backend: str) -> Any:
         raise MissingDependencyError.package("drjit", "rendering volumes", "render") from error
     wanted = dr.JitBackend.LLVM if backend == "llvm" else dr.JitBackend.CUDA
     if not dr.has_backend(wanted):
-        remedy = "install LLVM 15 or newer and set DRJIT_LIBLLVM_PATH to libLLVM.so" if backend == "llvm" else "use llvm"
+        remedy = (
+            "install LLVM 15 or newer and set DRJIT_LIBLLVM_PATH to libLLVM.so" if backend == "llvm" else "use llvm"
+        )
         raise MissingDependencyError(f"Dr.Jit finds no {backend} here; {remedy}")
     return drjit.llvm if backend == "llvm" else drjit.cuda
 

@@ -71,7 +71,12 @@ class _Shapes:
             material = self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
         if material.name not in self.bsdfs:
             self.bsdfs[material.name] = surface.bsdf(self.context, material.surface, material.name)
-        return {"bsdf": self.bsdfs[material.name]}
+        children = {"bsdf": self.bsdfs[material.name]}
+        radiance = surface.emission(self.context, material.surface, material.name)
+        if radiance is not None:
+            description = {"type": "blender_area", "radiance": radiance, "two_sided": True}
+            children["emitter"] = self.context.load(description)
+        return children
 
 
 def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:

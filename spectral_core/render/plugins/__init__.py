@@ -17,8 +17,8 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins import bsdfs, emitters, textures
+    from spectral_core.render.plugins import bsdfs, emitters, glass, rough, textures
 
-    for module in (textures, emitters, bsdfs):
+    for module in (textures, emitters, bsdfs, rough, glass):
         module.register(mitsuba, drjit)
     _registered.add(variant)
