@@ -15,7 +15,7 @@ from bpy.props import CollectionProperty, EnumProperty, FloatProperty, PointerPr
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.spectrum import SpectralGrid, Spectrum
 
-from . import catalogue
+from . import catalogue, live
 
 SOURCES = [
     ("NONE", "None", "No spectrum: the color is used, and upsampled where light is spectral", 0),
@@ -164,11 +164,19 @@ def _source_changed(spectral, _context) -> None:
     if spectral.source in ("CATALOGUE", "FILE"):
         spectral.samples.clear()
     reload(spectral)
+    _tell_palette(spectral)
 
 
 def _choice_changed(spectral, _context) -> None:
     if not _quiet:
         reload(spectral)
+        _tell_palette(spectral)
+
+
+def _tell_palette(spectral) -> None:
+    """Another lamp or surface in the palette's table is a reason to solve it again."""
+    if hasattr(type(owner_of(spectral)), "SPECTRUM_KIND"):
+        live.edited(spectral)
 
 
 def _catalogue_search(spectral, _context, typed: str) -> list[str]:
