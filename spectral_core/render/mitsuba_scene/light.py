@@ -199,10 +199,12 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
         }
     )
     if context.switches is not None:
+        import drjit
+
         parameters = mi.traverse(emitter)
 
         def switch(on: bool) -> None:
-            parameters["scale"] = mi.Float(scale if on else 0.0)
+            parameters["scale"] = drjit.opaque(mi.Float, scale if on else 0.0)
             parameters.update()
 
         context.switches.setdefault(world.group, []).append(switch)
