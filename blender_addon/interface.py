@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from .drawing import icons
+from .drawing import icons, overlay
 from .operators import palette_files, render_plan
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
@@ -15,5 +15,5 @@ from .properties import live, palette, palette_cell, palette_solve, render, scen
 
 PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solve)
 OPERATORS = (table_operators, solve_operators, spectrum_operators, palette_files, render_plan)
-PANELS = (icons, spectrum_panels, palette_panels, render_panels)
+PANELS = (icons, spectrum_panels, palette_panels, render_panels, overlay)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

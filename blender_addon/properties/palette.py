@@ -108,6 +108,9 @@ class SpectralPalette(bpy.types.PropertyGroup):
     live: BoolProperty(
         name="Live", default=True, update=edited, description="Solve again at every change of a wish, weight or light"
     )
+    show_curves: BoolProperty(
+        name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
+    )
     brightness: FloatProperty(
         name="Light Level", default=3.0, min=0.01, soft_max=10.0, update=edited,
         description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "

@@ -119,9 +119,9 @@ def test_a_designed_spectrum_is_taken_from_the_palette(blender, palette):
     blender.ops.mesh.primitive_cube_add()
     material = blender.data.materials.new("wall")
     blender.context.object.data.materials.append(material)
-    with pytest.raises(RuntimeError, match="the palette has no reflectance named 'nobody'; it has: reflectance 1"):
+    with pytest.raises(RuntimeError, match="the palette has no reflectance named 'nobody'; it has: Paint 1"):
         blender.ops.spectral.spectrum_from_palette(carrier="MATERIAL", entry="nobody")
-    blender.ops.spectral.spectrum_from_palette(carrier="MATERIAL", entry="reflectance 2")
+    blender.ops.spectral.spectrum_from_palette(carrier="MATERIAL", entry="Paint 2")
     wanted = spectrum_of(palette.materials[1], "result")
     np.testing.assert_array_equal(spectrum_of(material).values, wanted.values)
     with pytest.raises(RuntimeError, match="there is no active light"):
