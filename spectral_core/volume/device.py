@@ -97,11 +97,12 @@ class DeviceVolume:
 
 
 class DeviceGrid:
-    """A step grid, read by ``at(p)``."""
+    """A step grid, read by ``at(p)``; ``low`` and ``high`` bound in index space what it shows."""
 
-    def __init__(self, types: Any, grid: StepGrid) -> None:
+    def __init__(self, types: Any, grid: StepGrid, shape: tuple[int, int, int]) -> None:
         self.types, self.grid = types, grid
         counts = grid.values.shape[::-1]
+        self.low, self.high = (_opaque(types.Float, bound) for bound in grid.bounds(shape))
         self.edge = _opaque(types.Float, [float(grid.edge)])[0]
         self.inverse_edge = _opaque(types.Float, [1.0 / grid.edge])[0]
         self.shift = _opaque(types.Float, [0.5 if grid.centred else 0.0])[0]

@@ -90,19 +90,19 @@ class MarchInput:
         return [dr.fma(columns[c + k], weights[c], taken[c]) for c in range(k)], sum(taken[1:], taken[0])
 
 
-def clip_to_box(types: Any, volume: DeviceVolume, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
-    """The part of rays inside the field: from the later of ``begin`` (index units along) and the entry, to the exit.
+def clip_to_box(grid: DeviceGrid, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
+    """The part of rays where ``grid`` shows anything: from the later of ``begin`` (index units along) and the entry.
 
     ``point`` and ``along`` (unit) are lists of three; ``world`` as in Rays.
     """
     import drjit as dr
 
-    near, far, inverse = begin, types.Float(1e30), []
+    near, far, inverse = begin, grid.types.Float(1e30), []
     for a in range(3):
         d = along[a]
         safe = dr.select(dr.abs(d) < 1e-9, dr.select(d < 0, -1e-9, 1e-9), d)
         inv = dr.rcp(safe)
-        low, high = (-0.5 - point[a]) * inv, (volume.last[a] + 0.5 - point[a]) * inv
+        low, high = (grid.low[a] - point[a]) * inv, (grid.high[a] - point[a]) * inv
         near, far = dr.maximum(near, dr.minimum(low, high)), dr.minimum(far, dr.maximum(low, high))
         inverse.append(inv)
     length = dr.maximum(far - near, 0.0)

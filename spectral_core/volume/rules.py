@@ -45,6 +45,23 @@ class StepGrid:
         """Share of bricks that show something."""
         return float(np.mean(self.values > 0))
 
+    def bounds(self, shape: tuple[int, int, int]) -> tuple[list[float], list[float]]:
+        """Index box (low, high), x first, of the bricks that show something in a field of ``shape`` voxels.
+
+        Empty (low above high) where nothing shows: rays then end before they begin.
+        """
+        filled = self.values > 0
+        low, high = [], []
+        for axis, voxels in enumerate(shape):
+            others = tuple(a for a in range(3) if a != 2 - axis)
+            at = np.flatnonzero(filled.any(axis=others))
+            if not len(at):
+                return [1.0] * 3, [0.0] * 3
+            shift = 0.5 if self.centred else 0.0
+            low.append(-0.5 if at[0] == 0 else at[0] * self.edge - shift)
+            high.append(voxels - 0.5 if at[-1] == filled.shape[2 - axis] - 1 else (at[-1] + 1) * self.edge - shift)
+        return low, high
+
 
 @dataclass(frozen=True, eq=False)
 class RangeTables:
