@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
-from spectral_core.volume.rules import SHORTEST_STEP
+from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
 
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
@@ -148,13 +148,13 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     types, table = data.volume.types, data.table
     s, seen = now["s"], now["T"]
     here = rays.at(s + 1e-3)
-    relative, brick = data.grid.at(here, True)
-    steps = relative > 0
-    step = relative * data.scale
+    word, brick = data.grid.at(here, True)
+    steps = word < int(EMPTY)
+    step = data.grid.relative_step(word) * data.scale
     if data.grid.grid.weighs_transmittance:
         step *= dr.rsqrt(dr.sqrt(dr.maximum(seen, 1e-6)))
     step = dr.minimum(dr.clip(step, SHORTEST_STEP, data.grid.longest), rays.length - s)
-    leap = data.grid.leap(here, rays.inverse, brick, -relative)
+    leap = data.grid.leap(here, rays.inverse, brick, word)
     after = dict(now)
     after["s"] = s + dr.select(steps, step, leap)
     # What float32 really added: steps much shorter than s are rounded, always the same way over many of them.
