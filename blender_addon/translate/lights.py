@@ -24,7 +24,7 @@ SMALLEST_SIZE = 1e-4
 
 
 def translate_light(translation: Translation, name: str, lamp: Any, placed: tuple[Any, str]) -> Light | None:
-    """Light of a ``bpy.types.Light``; ``placed``: its world matrix (4, 4) and its light group. None where it is dark."""
+    """A ``bpy.types.Light``; ``placed``: world matrix (4, 4) and light group. None where it is dark."""
     matrix, group = np.asarray(placed[0], dtype=np.float64), placed[1]
     color, factor = _color(translation, lamp)
     power = lamp.energy * compat.light_exposure_factor(lamp) * factor

@@ -55,8 +55,8 @@ def translate_mesh(name: str, source: Any, uv_map: str | None = None) -> Mesh | 
 def split_corners(corners: Array, attributes: Array, vertex_count: int) -> tuple[Array, Array]:
     """New vertex of each corner, and one corner of each new vertex, such that equal vertices have equal attributes.
 
-    ``corners``: (c,) vertex of each corner; ``attributes``: (c, k) float32. Vertices keep their order: the first of each
-    comes first, corners that differ from it follow. Vertices without corners take corner 0.
+    ``corners``: (c,) vertex of each corner; ``attributes``: (c, k) float32. Vertices keep their order and the
+    attributes of their first corner; corners that differ from it follow. A loose vertex takes corner 0.
     """
     first = np.zeros(vertex_count, dtype=np.int64)
     first[corners[::-1]] = np.arange(len(corners))[::-1]
@@ -121,7 +121,7 @@ def _unit(normals: Array) -> Array:
 
 
 def _corner_uvs(source: Any, uv_map: str, positions: Array, corners: Array) -> Array:
-    """UV of each corner, (c, 2); zero where the mesh has no such map, as Blender reads it, and where it is not finite."""
+    """UV of each corner, (c, 2); zero where the mesh has no such map, as in Blender, or no finite value."""
     if uv_map == GENERATED:
         low, high = positions.min(axis=0), positions.max(axis=0)
         return ((positions - low) / np.where(high > low, high - low, 1))[corners, :2].astype(np.float32)

@@ -117,7 +117,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
 
 def _materials(thing: Any) -> list[Any]:
     slots = [slot.material for slot in thing.material_slots]
-    return slots or [material for material in getattr(thing.data, "materials", ())] or [None]
+    return slots or list(getattr(thing.data, "materials", ())) or [None]
 
 
 def _dress(found: Collected, material: Any) -> Dressed:

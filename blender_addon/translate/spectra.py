@@ -13,7 +13,7 @@ from .context import Translation
 
 
 def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
-    """Spectrum of ``owner``, None where its color is meant; one that cannot be used is a Note, and the color is used."""
+    """Spectrum of ``owner``, None where its color is meant; where it cannot be used, a Note says so."""
     if getattr(owner, "spectral", None) is None or owner.spectral.source == "NONE":
         return None
     try:
