@@ -96,7 +96,9 @@ def _anchored_general(region: Region) -> Anchored:
         row, limit = ball.tangent_row(center)
         rows, bounds = np.concatenate([rows, row[None]]), np.append(bounds, limit)
     else:
-        raise InvalidInputError("no point inside both the ball and the half-spaces was found; their overlap is empty or tiny")
+        raise InvalidInputError(
+            "no point inside both the ball and the half-spaces was found; their overlap is empty or tiny"
+        )
     if radius <= THINNEST:
         raise InvalidInputError(
             f"the region holds no ball larger than {max(radius, 0.0) * size:.3g} around {np.round(center * size + shift, 6)}, "

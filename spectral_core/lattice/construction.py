@@ -87,7 +87,9 @@ class Lattice:
 
     def __repr__(self) -> str:
         scales = ", ".join(f"{value:.5g}" for value in self.log_scales)
-        return f"Lattice(n={self.dimensions}, rate={self.rate}, {self.lattice_class}, log w=[{scales}], {self.criterion})"
+        return (
+            f"Lattice(n={self.dimensions}, rate={self.rate}, {self.lattice_class}, log w=[{scales}], {self.criterion})"
+        )
 
 
 def build_lattice(

@@ -97,7 +97,9 @@ class Window:
         if level in self._cuts:
             low, high = _within_cuts(self._cuts[level], known, limit, low, high)
         step = r[level, level]
-        first, last = ((low - base) / step, (high - base) / step) if step > 0 else ((high - base) / step, (low - base) / step)
+        first, last = (
+            ((low - base) / step, (high - base) / step) if step > 0 else ((high - base) / step, (low - base) / step)
+        )
         first = np.ceil(first - _SLACK).astype(np.int64)
         counts = np.maximum(np.floor(last + _SLACK).astype(np.int64) - first + 1, 0)
         self._count_nodes(int(counts.sum()))

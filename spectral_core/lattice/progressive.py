@@ -79,7 +79,9 @@ class ProgressivePoints:
     def shared(self, other: ProgressivePoints) -> tuple[Integers, Integers]:
         """Indices here and there of the points in both, (K,) each; both must come from the same frame."""
         if other.frame is not self.frame:
-            raise InvalidInputError("the two sets of points come from different frames, so no point is shared by design")
+            raise InvalidInputError(
+                "the two sets of points come from different frames, so no point is shared by design"
+            )
         mine, theirs = (self._addresses(), other._addresses())
         index = {address: i for i, address in enumerate(theirs)}
         pairs = [(i, index[address]) for i, address in enumerate(mine) if address in index]

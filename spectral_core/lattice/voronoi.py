@@ -33,7 +33,9 @@ def checked_basis(basis: ArrayLike) -> Matrix:
     given = frozen_array("basis", basis, (None, None))
     n = given.shape[0]
     if given.shape[1] != n or not 1 <= n <= 16:
-        raise InvalidInputError(f"basis has shape {given.shape}; expected n×n with the basis vectors as columns, n to 16")
+        raise InvalidInputError(
+            f"basis has shape {given.shape}; expected n×n with the basis vectors as columns, n to 16"
+        )
     reduced: Matrix = given @ lll(given)
     return reduced
 
