@@ -3,32 +3,9 @@
 
 from __future__ import annotations
 
-from . import engine, jobs
-from .drawing import icons
-from .operators import palette_solve as solve_operators
-from .operators import palette_table as table_operators
-from .operators import spectrum as spectrum_operators
-from .panels import palette as palette_panels
-from .panels import spectrum as spectrum_panels
-from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum
+from . import engine, interface, jobs
 
-MODULES = (
-    spectrum,
-    palette_cell,
-    palette,
-    render,
-    scene,
-    live,
-    palette_solve,
-    icons,
-    table_operators,
-    solve_operators,
-    spectrum_operators,
-    spectrum_panels,
-    palette_panels,
-    jobs,
-    engine,
-)
+MODULES = (*interface.MODULES, jobs, engine)
 
 
 def register() -> None:

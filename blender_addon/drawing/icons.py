@@ -8,7 +8,7 @@ import bpy
 import bpy.utils.previews
 import numpy as np
 
-from ..properties.spectrum import kind_of, owner_of, stored_samples
+from ..properties.spectrum import kind_in, stored_samples
 from .curve_image import curve_picture, swatch_picture
 
 KEPT = 512
@@ -37,7 +37,7 @@ def curve_icon(spectral, size: int = 128) -> int:
     wavelengths, values = stored_samples(spectral)
     if not wavelengths.size:
         return 0
-    kind = kind_of(owner_of(spectral))
+    kind = kind_in(spectral)
     key = f"{kind} {size} {hash((wavelengths.tobytes(), values.tobytes()))}"
     return _icon(key, lambda: curve_picture(wavelengths, values, kind, size))
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist can do. Every operator has a synchronous ``execute`` that does the whole work, without a window too."""
+"""What the artist can do. Every operator's ``execute`` does the whole work before it returns, also without a window."""

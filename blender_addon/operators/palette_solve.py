@@ -21,6 +21,8 @@ PRESETS = [
     ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as they can elsewhere", 5),
 ]
 
+LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluorescent"}
+
 
 class SPECTRAL_OT_palette_preset(bpy.types.Operator):
     """Replace the palette by one of the ready-made ideas, and solve it"""
@@ -36,7 +38,17 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
 
         problem = getattr(presets, self.preset.lower())()
         palette_load.store_problem(palette_in(context), problem)
+        _rename_for_artists(palette_in(context))
         _solve(context)
+
+
+def _rename_for_artists(palette) -> None:
+    """Short names that fit a narrow table; the library names spectra by how they were made."""
+    for number, light in enumerate(palette.lights, 1):
+        light.name = f"Light {number}" if light.name.startswith("sine") else LAMP_NAMES.get(light.name, light.name)
+    for number, material in enumerate(palette.materials, 1):
+        plain = material.name.rpartition(" ")[0] in ("reflectance", "material")
+        material.name = f"Paint {number}" if plain else material.name.capitalize()
 
 
 class SPECTRAL_OT_palette_clear(bpy.types.Operator):
@@ -102,9 +114,7 @@ def _require_appliable(palette) -> None:
     if not palette.status:
         raise InvalidInputError("the palette is not solved yet; press Solve first")
     if palette.is_stale:
-        raise InvalidInputError(
-            f"the palette has changed since it was solved; solve it again. {palette.message}".strip()
-        )
+        raise InvalidInputError(f"the palette has changed since it was solved; solve it. {palette.message}".strip())
     if palette.allow_negative:
         raise InvalidInputError("unphysical spectra cannot be applied; switch Unphysical Spectra off and solve again")
     if palette.status in ("inaccurate", "invisible"):

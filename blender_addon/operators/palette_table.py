@@ -201,8 +201,7 @@ class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):
         palette = palette_in(context)
         require_index("light", palette.active_column, len(palette.lights))
         with live.paused():
-            entry = getattr(palette.lights[palette.active_column], self.to.lower()).add()
-            entry.name = self.lamp
+            entry = table.add_lamp(getattr(palette.lights[palette.active_column], self.to.lower()), self.lamp)
             entry.spectral.source = "CATALOGUE"
             entry.spectral.catalogue_name = self.lamp
         live.edited(palette)

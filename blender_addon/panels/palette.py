@@ -26,6 +26,7 @@ def draw_palette(layout, context) -> None:
     row.scale_y = 1.3
     row.operator("spectral.palette_solve", icon="PLAY")
     row.prop(palette, "live", text="", icon="FILE_REFRESH")
+    row.prop(palette, "show_curves", text="", icon="GRAPH")
     row.operator_menu_enum("spectral.palette_preset", "preset", text="", icon="PRESET")
     _draw_status(layout, context, palette)
     draw_table(layout, context, palette)
@@ -66,9 +67,9 @@ def _draw_status(layout, context, palette) -> None:
     icon, words = STATUS[palette.status]
     row = layout.row()
     row.alert = palette.status != "solved"
-    row.label(
-        text="Changed: press Solve" if palette.is_stale else words, icon="FILE_REFRESH" if palette.is_stale else icon
-    )
+    if palette.is_stale:
+        icon, words = "FILE_REFRESH", "Changed: press Solve"
+    row.label(text=words, icon=icon)
     facts = row.row()
     facts.alignment = "RIGHT"
     facts.active = False

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Below the table: the selected cell, its light and its material."""
 
-from ..properties.palette_cell import BOXED, MODES, REFERRING
+from ..properties.palette_cell import BOXED, REFERRING
 from ..properties.palette_table import active_cell, may_refer, references
 from .parts import draw_curve, draw_source, wrapped
 
@@ -14,6 +14,8 @@ HINTS = {
     "DISTINCT": "Differs from the chosen cells as much as it can. Takes seconds: press Solve.",
     "IGNORE": "Anything goes. Leaves the most room to the other cells.",
 }
+
+REFERENCE_TITLES = {"SAME": "Same as:", "CONSTANT": "Constant with:", "DISTINCT": "Distinct from:"}
 
 
 def _split(layout):
@@ -66,10 +68,7 @@ def _draw_references(layout, palette, cell) -> None:
     """The table once more, small: which cells this one refers to."""
     chosen = references(palette, cell)
     box = layout.box()
-    label = dict((identifier, name) for identifier, name, *_ in MODES)[cell.mode]
-    box.label(
-        text=f"{label}:" if cell.mode == "SAME" else f"{label} with:" if cell.mode == "CONSTANT" else f"{label} from:"
-    )
+    box.label(text=REFERENCE_TITLES[cell.mode])
     flow = box.grid_flow(row_major=True, columns=len(palette.lights) + 1, even_columns=True, align=True)
     flow.label(text="")
     for light in palette.lights:

@@ -27,11 +27,16 @@ def draw_table(layout, context, palette) -> None:
             _draw_cell(flow, cell, (row, column), selected, room)
 
 
+def icon_scale(room: float) -> float:
+    """Size of a curve in a column of ``room`` unscaled pixels, in units of Blender's buttons."""
+    return min(3.4, max(1.9, room / 27))
+
+
 def _draw_head(flow, entry, place: dict[str, int], selected: bool, room: float) -> None:
     """Name and curve of a light or material."""
     head = flow.column(align=True)
     icon = curve_icon(entry.result) or curve_icon(entry.spectral)
-    head.template_icon(icon, scale=min(3.4, max(2.0, room / 26)))
+    head.template_icon(icon, scale=icon_scale(room))
     name = head.row(align=True)
     name.active = selected
     operator = name.operator("spectral.palette_select", text=entry.name, emboss=False)
@@ -42,7 +47,7 @@ def _draw_head(flow, entry, place: dict[str, int], selected: bool, room: float) 
 def _draw_cell(flow, cell, place: tuple[int, int], selected: bool, room: float) -> None:
     column = flow.column(align=True)
     colors = column.row(align=True)
-    colors.scale_y = 1.9
+    colors.scale_y = icon_scale(room)  # as high as the curve at its left
     if cell.mode == "FIXED":
         colors.prop(cell, "target", text="")
     elif cell.mode in ("SAME", "CONSTANT", "BLACK") and cell.has_result:

@@ -6,7 +6,7 @@ import textwrap
 import bpy
 
 from ..drawing.icons import curve_icon, swatch_icon
-from ..properties.spectrum import kind_of, owner_of
+from ..properties.spectrum import kind_in
 from .swatches import NO_SWATCH, swatches_of
 
 CHARACTER_PIXELS = 7.0
@@ -53,7 +53,7 @@ def draw_spectrum(layout, context, spectral, carrier: str) -> None:
     if spectral.source == "NONE" or not len(spectral.samples):
         return
     draw_curve(layout, context, spectral)
-    if kind_of(owner_of(spectral)) == "illuminant":
+    if kind_in(spectral) == "illuminant":
         row = layout.row()
         row.use_property_split = True
         row.use_property_decorate = False
@@ -75,18 +75,22 @@ def draw_curve(layout, context, spectral) -> None:
     origin.label(text=f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm, {len(samples)} values")
     if spectral.origin:
         origin.label(text=spectral.origin[:60])
-    draw_swatches(facts, swatches_of(spectral))
+    draw_swatches(layout, swatches_of(spectral))
 
 
 def draw_swatches(layout, swatches) -> None:
-    """Colors with the lamp that each is seen under."""
-    flow = layout.grid_flow(row_major=True, columns=0, even_columns=True, align=True)
+    """Colors with the name of the lamp, or of the surface, below each."""
+    row = layout.row(align=True)
     for name, color in swatches:
-        cell = flow.row(align=True)
+        column = row.column(align=True)
         if color is NO_SWATCH:
-            cell.label(text=name, icon="BLANK1")
-        else:
-            cell.label(text=name, icon_value=swatch_icon(color))
+            column.label(text=name, icon="ERROR")
+            continue
+        column.template_icon(swatch_icon(color), scale=1.6)
+        label = column.row()
+        label.alignment = "CENTER"
+        label.scale_y = 0.7
+        label.label(text=name)
 
 
 def is_editable(owner) -> bool:

@@ -11,9 +11,9 @@ from spectral_core.errors import SpectralError
 from spectral_core.observer import normalized, observer, xyz_of
 from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
 
-from ..properties.spectrum import kind_of, owner_of, stored_samples
+from ..properties.spectrum import kind_in, stored_samples
 
-LAMPS = (("Daylight", "D65"), ("Tungsten", "A"), ("Fluorescent", "FL11"), ("Sodium", "HP1"))
+LAMPS = (("Day", "D65"), ("Bulb", "A"), ("Tube", "FL11"), ("Sodium", "HP1"))
 SURFACES = (("Skin", "light skin"), ("Red", "red"), ("Green", "green"), ("Blue", "blue"))
 NO_SWATCH = None
 
@@ -21,7 +21,7 @@ NO_SWATCH = None
 def swatches_of(spectral) -> tuple:
     """(name, sRGB (3,)) of a stored spectrum; NO_SWATCH where it shows no color, such as a light in the infrared."""
     wavelengths, values = stored_samples(spectral)
-    return _swatches(kind_of(owner_of(spectral)), wavelengths.tobytes(), values.tobytes())
+    return _swatches(kind_in(spectral), wavelengths.tobytes(), values.tobytes())
 
 
 @lru_cache(maxsize=256)
@@ -36,7 +36,7 @@ def _swatches(kind: str, wavelengths: bytes, values: bytes) -> tuple:
         return (("No visible light", NO_SWATCH),)
     itself = xyz_of(light)
     shown = linear_rgb_from_xyz(itself)
-    own = ("Light itself", display_rgb_from_linear(np.clip(shown / max(shown.max(), 1e-9), 0, 1)))
+    own = ("Light", display_rgb_from_linear(np.clip(shown / max(shown.max(), 1e-9), 0, 1)))
     return (own, *((name, _display(xyz_of(light, datasets.reflectance(patch)))) for name, patch in SURFACES))
 
 

@@ -108,10 +108,13 @@ class SpectralPalette(bpy.types.PropertyGroup):
     live: BoolProperty(
         name="Live", default=True, update=edited, description="Solve again at every change of a wish, weight or light"
     )
+    show_curves: BoolProperty(
+        name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
+    )
     brightness: FloatProperty(
         name="Light Level", default=3.0, min=0.01, soft_max=10.0, update=edited,
-        description="How bright all lights are. At 1, white needs a surface that reflects everything; more light leaves "
-        "room for saturated colors",
+        description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "
+        "leaves room for saturated colors",
     )  # fmt: skip
     scale_lights: BoolProperty(
         name="Brighten as Needed", default=False, update=edited,
@@ -156,8 +159,8 @@ class SpectralPalette(bpy.types.PropertyGroup):
     )  # fmt: skip
     allow_negative: BoolProperty(
         name="Unphysical Spectra", default=False, update=edited,
-        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it cannot "
-        "be applied",
+        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
+        "cannot be applied",
     )  # fmt: skip
     grid_start: FloatProperty(name="From (nm)", default=400.0, min=300.0, max=780.0, update=edited, precision=0)
     grid_stop: FloatProperty(name="To (nm)", default=700.0, min=400.0, max=900.0, update=edited, precision=0)

@@ -81,12 +81,20 @@ def _light(palette, light, grid: SpectralGrid) -> PaletteLight:
             )
         primaries = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.primaries)
     return PaletteLight(
-        normalized(start.resampled(grid, average=True), luminance=luminance),
+        normalized(_on_grid(start, grid), luminance=luminance),
         free=True,
         primaries=primaries,
         white_xyz=np.array(light.white_xyz) if light.looks_white else None,
         luminance=luminance if light.keeps_luminance else None,
     )
+
+
+def _on_grid(start: Illuminant, grid: SpectralGrid) -> Illuminant:
+    """The start of a design; averaged over cells, so that no line is lost, but for what is on this grid already."""
+    known = start.grid.wavelengths_nm
+    if known.size == grid.size and np.allclose(known, grid.wavelengths_nm, rtol=0, atol=1e-3):
+        return Illuminant(start.name, grid, start.values, source=start.source)
+    return start.resampled(grid, average=True)
 
 
 def _lamp_name(lamp) -> str:

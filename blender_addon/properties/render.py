@@ -2,7 +2,7 @@
 """What the render engine is asked: samples, transport, and decisions of the plan that the artist takes over."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 
 class SpectralPlanChoice(bpy.types.PropertyGroup):
@@ -14,10 +14,12 @@ class SpectralPlanChoice(bpy.types.PropertyGroup):
 class SpectralPlanLine(bpy.types.PropertyGroup):
     """A decision of the plan as it was last made, to be shown; ``name`` is the effect's."""
 
-    choice: StringProperty()
+    value: StringProperty()
     reason: StringProperty()
-    options: StringProperty(description="What it may be set to, separated by '|'")
-    is_overridden: BoolProperty()
+    cost: StringProperty(description="What goes wrong in the picture without it")
+    choices: StringProperty(description="What it may be set to, separated by '|'; empty for a whole number")
+    is_overridable: BoolProperty()
+    is_artists: BoolProperty(description="Whether the artist decided it")
 
 
 class SpectralRender(bpy.types.PropertyGroup):
@@ -39,6 +41,10 @@ class SpectralRender(bpy.types.PropertyGroup):
             ("SPECTRAL", "Spectral", "Trace wavelengths, always", 1),
             ("RGB", "RGB", "Trace red, green and blue, always: designed spectra lose their effect", 2),
         ],
+    )  # fmt: skip
+    tolerance: FloatProperty(
+        name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
+        description="Color error (ΔE2000) below which the plan may leave an effect out",
     )  # fmt: skip
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)

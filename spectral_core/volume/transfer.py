@@ -89,7 +89,9 @@ class TransferFunction:
         if not names:
             raise InvalidInputError("a transfer function has no material; give at least one")
         if len(set(names)) < len(names):
-            raise InvalidInputError(f"two materials of a transfer function share a name: {', '.join(names)}; rename one")
+            raise InvalidInputError(
+                f"two materials of a transfer function share a name: {', '.join(names)}; rename one"
+            )
         if self.wavelengths_nm is not None:
             grid = _increasing("wavelengths_nm", self.wavelengths_nm)
             if len(grid) < 2 or np.any(np.diff(grid) <= 0):
@@ -167,7 +169,9 @@ def _emission(material: Material) -> Array:
 def _increasing(name: str, knots: Sequence[float] | Array) -> Array:
     checked = frozen_array(name, knots, (None,))
     if len(checked) == 0 or np.any(np.diff(checked) < 0):
-        raise InvalidInputError(f"{name} must be at least one number, none below the one before; got {checked.tolist()}")
+        raise InvalidInputError(
+            f"{name} must be at least one number, none below the one before; got {checked.tolist()}"
+        )
     return checked
 
 

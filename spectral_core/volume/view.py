@@ -47,7 +47,9 @@ class View:
         ahead = frozen_array("target", target, (3,)) - start
         side = np.cross(frozen_array("up", up, (3,)), ahead)
         if not np.linalg.norm(ahead) or np.linalg.norm(side) < 1e-9 * np.linalg.norm(ahead):
-            raise InvalidInputError(f"a view from {start.tolist()} with up {list(up)} has no sideways; choose another up")  # type: ignore[arg-type]
+            raise InvalidInputError(
+                f"a view from {start.tolist()} with up {list(up)} has no sideways; choose another up"
+            )  # type: ignore[arg-type]
         ahead, side = ahead / np.linalg.norm(ahead), side / np.linalg.norm(side)
         matrix = np.eye(4)
         matrix[:3, :4] = np.stack([side, np.cross(ahead, side), ahead, start], axis=1)
@@ -55,14 +57,22 @@ class View:
 
     @classmethod
     def around(
-        cls, volume: ScalarVolume, azimuth_deg: float = 35.0, elevation_deg: float = 25.0, *, zoom: float = 1.0, **rest: Any
+        cls,
+        volume: ScalarVolume,
+        azimuth_deg: float = 35.0,
+        elevation_deg: float = 25.0,
+        *,
+        zoom: float = 1.0,
+        **rest: Any,
     ) -> View:
         """Towards the middle of ``volume``, far enough to see its bounding sphere whole at ``zoom`` 1."""
         corners = volume.corners_world
         middle = corners.mean(axis=0)
         radius = float(np.linalg.norm(corners - middle, axis=1).max()) / zoom
         azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
-        towards = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+        towards = np.array(
+            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+        )
         fov = rest.get("fov_deg", 30.0)
         if fov is None:
             rest.setdefault("ortho_width", 2.0 * radius)
@@ -123,6 +133,11 @@ class View:
 
         matrix = self.to_world.copy()
         if self.fov_deg is not None:
-            return {"type": "perspective", "fov": self.fov_deg, "fov_axis": "x", "to_world": mi.ScalarTransform4f(matrix)}
+            return {
+                "type": "perspective",
+                "fov": self.fov_deg,
+                "fov_axis": "x",
+                "to_world": mi.ScalarTransform4f(matrix),
+            }
         matrix[:3, :2] *= self.ortho_width / 2
         return {"type": "orthographic", "to_world": mi.ScalarTransform4f(matrix)}
