@@ -38,6 +38,12 @@ def edited(properties, _context=None) -> None:
         request(scene)
 
 
+def catch_up(palette, _context=None) -> None:
+    """Update callback of "Live": switched on, it solves what changed in the meantime."""
+    if palette.live and palette.is_stale and not _paused:
+        request(palette.id_data)
+
+
 def request(scene) -> None:
     """Solve the palette of ``scene``: now where there is no window, else after the delay."""
     if bpy.app.background:

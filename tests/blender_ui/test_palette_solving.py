@@ -276,6 +276,12 @@ def test_undo_takes_wish_and_result_back_together(blender, palette):
     assert palette_problem(undone).cells[0][1].target[1] != pytest.approx(0.5, abs=1e-3)
 
 
+def test_what_is_only_shown_does_not_solve(palette):
+    palette.live = False
+    palette.show_curves = True
+    assert not palette.is_stale
+
+
 def test_swatches_show_actual_colors_and_cannot_be_edited(palette):
     cell = palette.materials[0].cells[1]
     shown = tuple(cell.actual)
