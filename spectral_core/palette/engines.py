@@ -15,13 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.palette.least_squares import Check, LinkedLeastSquares, checked
+from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, checked
 
 Array = NDArray[np.float64]
-
-RIDGE = 1e-10
-"""Added to the diagonal of MᵀM, relative to its mean: makes problems without smoothness unique for daqp."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,20 +37,34 @@ RawAnswer = tuple[Array, Array | None, bool]
 """x, multipliers of the equalities or None, whether the engine claims infeasibility."""
 
 
+def dense_rows(problem: LinkedLeastSquares) -> tuple[Array, Array]:
+    """Weighted rows as one dense matrix, and their targets."""
+    if len(problem.blocks) == 1 and not problem.links and problem.color_lower.size == 0:
+        return problem.blocks[0].matrix, problem.blocks[0].target
+    matrix, target = problem.rows
+    return matrix.toarray(), target
+
+
+def dense_equalities(problem: LinkedLeastSquares) -> tuple[Array, Array]:
+    """Equality rows as one dense matrix, and their targets."""
+    if not problem.has_equalities:
+        return np.zeros((0, problem.size)), np.zeros(0)
+    matrix, target = problem.equalities
+    return np.ascontiguousarray(matrix.toarray()), target
+
+
 def solve_daqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
     """Dense dual active set on the normal equations."""
     import daqp
 
-    matrix, target = problem.rows
-    dense = matrix.toarray()
+    dense, target = dense_rows(problem)
     hessian = dense.T @ dense
     hessian[np.diag_indices_from(hessian)] += RIDGE * max(np.trace(hessian) / problem.size, 1e-12)
-    equality, equality_target = problem.equalities
-    count = equality.shape[0]
+    rows, equality_target = dense_equalities(problem)
+    count = rows.shape[0]
     upper = np.concatenate([problem.upper, equality_target])
     lower = np.concatenate([problem.lower, equality_target])
     sense = np.concatenate([np.zeros(problem.size), np.full(count, 5)]).astype(np.int32)
-    rows = np.ascontiguousarray(equality.toarray())
     bounds = np.clip(upper, -1e30, 1e30), np.clip(lower, -1e30, 1e30)
     x, _, flag, info = daqp.solve(
         hessian,
@@ -91,17 +102,26 @@ def solve_piqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
     return x, duals, status == piqp.PIQP_PRIMAL_INFEASIBLE
 
 
+def solve_tied(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
+    """Newton on the free colors, daqp on each spectrum (module ``tied``); what ``can_tie`` says."""
+    from spectral_core.palette.tied import TiedSolver, tied_from_links
+
+    quadratics = tied_from_links(problem)
+    everything = np.arange(len(problem.blocks))
+    values, colors = TiedSolver(*quadratics.linear.shape).solve(quadratics, everything, everything)
+    return np.concatenate([colors, values.ravel()]), None, False
+
+
 def solve_bvls(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
     """scipy's bounded-variable least squares; refuses equalities."""
     from scipy.optimize import lsq_linear
 
-    matrix, target = problem.rows
-    if problem.equalities[0].shape[0]:
+    dense, target = dense_rows(problem)
+    if problem.has_equalities:
         raise InvalidInputError("the engine bvls knows no equalities; use piqp for exact cells")
-    ridge = np.sqrt(RIDGE * max(float(matrix.multiply(matrix).sum()) / problem.size, 1e-12))
-    dense = np.vstack([matrix.toarray(), ridge * np.eye(problem.size)])
+    ridge = np.sqrt(RIDGE * max(float(np.sum(dense**2)) / problem.size, 1e-12))
     result = lsq_linear(
-        dense,
+        np.vstack([dense, ridge * np.eye(problem.size)]),
         np.concatenate([target, np.zeros(problem.size)]),
         (problem.lower, problem.upper),
         method="bvls",
@@ -112,6 +132,7 @@ def solve_bvls(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
 
 
 ENGINES: dict[str, Callable[[LinkedLeastSquares, Array | None], RawAnswer]] = {
+    "tied": solve_tied,
     "daqp": solve_daqp,
     "piqp": solve_piqp,
     "bvls": solve_bvls,
@@ -120,9 +141,7 @@ ENGINES: dict[str, Callable[[LinkedLeastSquares, Array | None], RawAnswer]] = {
 
 def polished(problem: LinkedLeastSquares, x: Array, rounds: int = 20) -> Array:
     """The exact minimum on the face of the bounds that ``x`` lies near; a few faces are tried."""
-    matrix, target = problem.rows
-    dense, (equality, equality_target) = matrix.toarray(), problem.equalities
-    rows = equality.toarray()
+    (dense, target), (rows, equality_target) = dense_rows(problem), dense_equalities(problem)
     at_lower, at_upper = x <= problem.lower + 1e-7, x >= problem.upper - 1e-7
     best = np.clip(x, problem.lower, problem.upper)
     best_check = checked(problem, best)
@@ -164,7 +183,7 @@ def solve_checked(
     best: Answer | None = None
     rejected: list[str] = []
     for name in order:
-        if name == "bvls" and problem.equalities[0].shape[0]:
+        if name == "bvls" and problem.has_equalities:
             continue
         answer = _attempt(problem, name, start, polish=problem.size <= polish_below)
         if best is None or answer.check.worst < best.check.worst:
@@ -184,7 +203,13 @@ def solve_checked(
 def _attempt(problem: LinkedLeastSquares, name: str, start: Array | None, *, polish: bool) -> Answer:
     try:
         x, multipliers, infeasible = ENGINES[name](problem, start)
-    except (np.linalg.LinAlgError, RuntimeError, ValueError, ImportError):  # an engine's own failure: try the next one
+    except (
+        np.linalg.LinAlgError,
+        RuntimeError,
+        ValueError,
+        ImportError,
+        SolveError,
+    ):  # an engine's own failure: try the next one
         x, multipliers, infeasible = np.full(problem.size, np.nan), None, False
     if not np.all(np.isfinite(x)):
         return Answer(np.zeros(problem.size), name, Check(np.inf, np.inf, np.inf), infeasible)
