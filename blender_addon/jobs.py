@@ -108,7 +108,7 @@ def register() -> None:
     import bpy
 
     asked = RENDER_ARGUMENTS.intersection(sys.argv if "--" not in sys.argv else sys.argv[: sys.argv.index("--")])
-    if bpy.app.background and not bpy.app.module and asked:
+    if bpy.app.background and not getattr(bpy.app, "module", False) and asked:
         atexit.register(_exit_status)
 
 

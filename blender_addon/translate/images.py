@@ -23,14 +23,15 @@ LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
 
 
-def image_of_node(translation: Translation, node: Any, channel: str = "Color") -> ImageTexture | None:
+def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
     """Image of an Image or Environment Texture node with the node's interpolation and extension.
 
-    ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a Note, where there is no picture.
+    ``owner``: whose node it is; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
+    Note, where there is no picture.
     """
     image = node.image
     if image is None:
-        translation.note(node.name, "the image texture has no image; a neutral gray stands in for it")
+        translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
         return None
     texture = read_image(translation, image, channel)
     if texture is None:

@@ -19,7 +19,7 @@ from .reader import NEUTRAL, Reader, evaluator
 @evaluator("TEX_IMAGE")
 def _image(reader: Reader, output: Output) -> Field:
     node = output.node
-    texture = image_of_node(reader.translation, node, output.socket.name)
+    texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
         return 1.0 if output.socket.name == "Alpha" else np.full(3, NEUTRAL)
     if node.projection != "FLAT":

@@ -79,7 +79,7 @@ def _first_background(reader: Reader, source: Output | None) -> Output | None:
 def _environment(reader: Reader, output: Output) -> Field:
     if getattr(output.node, "projection", "EQUIRECTANGULAR") != "EQUIRECTANGULAR":
         reader.note(f"{output.label!r}: a mirror ball is read as if it were equirectangular")
-    texture = image_of_node(reader.translation, output.node, output.socket.name)
+    texture = image_of_node(reader.translation, output.node, reader.owner, output.socket.name)
     return np.full(3, 0.5) if texture is None else replace(texture, extension="repeat")
 
 

@@ -106,8 +106,12 @@ class Accumulator:
         # one 32-bit seed per tile: TEA of the frame's seed and the tile's first pixel
         seed, _ = mi.sample_tea_32(mi.UInt32(self.film.seed & 0xFFFFFFFF), mi.UInt32(first), 8)
         sampler.seed(int(seed[0]), count)
-        bands = dr.zeros(mi.Float, count * self.band_count) if self.band_count else None
-        return _Tile(first, count, sampler, dr.zeros(mi.Color3f, count), dr.zeros(mi.Float, count), bands)
+        # evaluated and opaque: what the compiler knows about the start would make the first pass a kernel of its own
+        sampler.schedule_state()
+        dr.eval()
+        bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
+        sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
+        return _Tile(first, count, sampler, sums, dr.opaque(mi.Float, 0.0, count), bands)
 
     def add(self, scene: Any, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
@@ -119,8 +123,8 @@ class Accumulator:
     def _trace(self, scene: Any, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = dr.arange(mi.UInt32, tile.count) + dr.opaque(mi.UInt32, tile.first)
-        left, bottom = self.film.crop[:2] if self.film.crop else (0, 0)
-        width = self.film.size[0]
+        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
+        width = dr.opaque(mi.UInt32, self.film.size[0])
         corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
         turns = self._turns(pixel)
         first = dr.opaque(mi.UInt32, self.samples)
@@ -150,7 +154,7 @@ class Accumulator:
     def _turns(self, pixel: Any) -> list[Any]:
         """Five random 32-bit offsets per pixel."""
         mi = self._mi
-        seed = mi.UInt32((self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
+        seed = self._dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
         turns = []
         for _ in range(3):
             seed, other = mi.sample_tea_32(pixel, seed, 6)
@@ -161,9 +165,9 @@ class Accumulator:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
         mi, dr = self._mi, self._dr
         offset = mi.Vector2f(self._offset(draws[1]), self._offset(draws[2]))
-        picture = (corner + 0.5 + offset) / mi.Vector2f(self.film.width, self.film.height)
+        picture = (corner + 0.5 + offset) / mi.Vector2f(self._number(self.film.width), self._number(self.film.height))
         lens = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(draws[3], draws[4]))
-        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f)
+        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f, self._number)
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False
@@ -179,6 +183,10 @@ class Accumulator:
             within.append(rest)
         ray.wavelengths = mi.Spectrum(*(mi.Float(c) + w + float(FIRST_NM) for c, w in zip(cells, within, strict=True)))
         return ray, cells, within
+
+    def _number(self, value: float) -> Any:
+        """A number that the kernel reads instead of knowing: another frame's then needs no new kernel."""
+        return self._dr.opaque(self._mi.Float, float(value))
 
     def _offset(self, draw: Any) -> Any:
         mi, dr = self._mi, self._dr
@@ -212,7 +220,7 @@ class Accumulator:
                     within,
                 )
                 target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
-                dr.scatter_add(bands, radiance[k] * weight * 0.25, target)
+                dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
 
     def picture(self) -> NDArray[np.float32]:
         """Mean so far: (height, width, 4) linear sRGB and coverage, row 0 at the bottom; zeros before any sample."""

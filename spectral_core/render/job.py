@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
 from spectral_core.render.plan import EffectPlan
 from spectral_core.render.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
-from spectral_core.render.wavelengths import Bands, WavelengthPlan, plan_wavelengths
+from spectral_core.render.wavelengths import Bands, plan_wavelengths
 from spectral_core.scene import Color, Note, Scene
 from spectral_core.spectrum import Spectrum
 
@@ -24,10 +25,24 @@ UNLIMITED_ROULETTE = 5
 """Bounces after which Russian roulette may end a path."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Measure:
+    """What to measure beside the picture.
+
+    ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
+    paths of the whole scene, so that they add up to it. ``sampling_lights``: lights whose wavelengths are drawn most
+    often; None for the scene's own. Renders with equal seeds and equal ``sampling_lights`` trace the same paths.
+    """
+
+    bands: Bands | None = None
+    groups: bool = False
+    sampling_lights: Sequence[Spectrum] | None = None
+
+
 class RenderJob:
     """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
 
-    def __init__(self, scene: Scene, plan: EffectPlan, bands: Bands | None = None) -> None:
+    def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan
         self.scene = simulated_scene(scene, plan)
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
@@ -35,42 +50,59 @@ class RenderJob:
         self._mitsuba = activate(backend)
         wavelengths = None
         if plan.is_spectral:
-            wavelengths = plan_wavelengths(light_spectra(self.scene), bands, disperses=plan.is_on("dispersion"))
+            lights = measure.sampling_lights or light_spectra(self.scene)
+            wavelengths = plan_wavelengths(lights, measure.bands, disperses=plan.is_on("dispersion"))
         try:
-            loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral)
-            self._scene, self._integrator = loaded.scene, self._mitsuba.load_dict(integrator_description(plan, scene))
-            self._sums = self._accumulator(wavelengths)
+            self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
+            self._integrator = self._mitsuba.load_dict(integrator_description(plan, scene))
+            names = list(self._loaded.switches) if measure.groups else [""]
+            self._sums = {
+                name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
+                for name in names or [""]
+            }
         except SpectralError:
             raise
         except Exception as error:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
-        self.notes = tuple(Note("Renderer", text) for text in backend.notes) + loaded.notes
-
-    def _accumulator(self, wavelengths: WavelengthPlan | None) -> Any:
-        return Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
+        self.notes = tuple(Note("Renderer", text) for text in backend.notes) + self._loaded.notes
 
     @property
     def samples(self) -> int:
         """Samples per pixel so far."""
-        return int(self._sums.samples)
+        return min(sums.samples for sums in self._sums.values())
 
     def trace(self, samples: int, should_stop: Callable[[], bool] | None = None) -> bool:
         """Add ``samples`` per pixel; False where ``should_stop`` said so before all were traced."""
         try:
-            for _ in self._sums.add(self._scene, self._integrator, samples):
-                if should_stop is not None and should_stop():
-                    return False
+            for group, sums in self._sums.items():
+                if self._loaded.switches:
+                    self._loaded.light_only(group)
+                for _ in sums.add(self._loaded.scene, self._integrator, samples):
+                    if should_stop is not None and should_stop():
+                        return False
         except Exception as error:
             raise RenderError(f"Mitsuba stopped while rendering: {error}") from error
         return True
 
     def picture(self) -> NDArray[np.float32]:
-        """(height, width, 4) linear sRGB and coverage so far, row 0 at the bottom."""
-        return self._sums.picture()
+        """(height, width, 4) linear sRGB and coverage so far, row 0 at the bottom: the sum of all groups."""
+        first, *others = self.group_pictures().values()
+        total = first.copy()
+        for other in others:
+            total[..., :3] += other[..., :3]
+        return total
 
     def band_picture(self) -> NDArray[np.float32]:
-        """(height, width, n_bands) so far."""
-        return self._sums.band_picture()
+        """(height, width, n_bands) so far, the sum of all groups."""
+        return np.asarray(sum(self.group_band_pictures().values()))
+
+    def group_pictures(self) -> dict[str, NDArray[np.float32]]:
+        """Picture so far of each light group; coverage is the same in all."""
+        return {name: sums.picture() for name, sums in self._sums.items()}
+
+    def group_band_pictures(self) -> dict[str, NDArray[np.float32]]:
+        """Spectral channels so far of each light group."""
+        return {name: sums.band_picture() for name, sums in self._sums.items()}
 
 
 def integrator_description(plan: EffectPlan, scene: Scene) -> dict[str, Any]:

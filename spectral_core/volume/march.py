@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
-from spectral_core.volume.rules import SHORTEST_STEP
+from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
 
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
@@ -61,21 +61,48 @@ class MarchInput:
     scale: Any
     quadrature: Quadrature = "midpoint"
     least_transmittance: Any = LEAST_TRANSMITTANCE
+    gradient: DeviceVolume | None = None
+    """Gradient magnitudes and, in ``weights``, the materials' weights over them: a two-dimensional function."""
+    weights: DeviceTable | None = None
+
+    @property
+    def materials(self) -> int:
+        return self.table.table.materials
+
+    def optics_at(self, point: list[Any], active: Any) -> tuple[list[Any], Any]:
+        """(source per material, extinction) at an index-space point, both per world unit."""
+        import drjit as dr
+
+        part, record = self.table.record(self.table.position(self.volume.value(point, active)), active)
+        columns = [dr.fma(part, record[c + self.table.columns], record[c]) for c in range(self.table.columns)]
+        return self.optics(columns, point, active)
+
+    def optics(self, columns: list[Any], point: list[Any], active: Any) -> tuple[list[Any], Any]:
+        """(source per material, extinction) from table columns; the gradient at ``point`` weighs them if need be."""
+        import drjit as dr
+
+        k = self.materials
+        if self.gradient is None or self.weights is None:
+            return columns[:k], columns[k] if len(columns) > k else sum(columns[1:], columns[0])
+        part, record = self.weights.record(self.weights.position(self.gradient.value(point, active)), active)
+        weights = [dr.fma(part, record[c + k], record[c]) for c in range(k)]
+        taken = [columns[c] * weights[c] for c in range(k)]
+        return [dr.fma(columns[c + k], weights[c], taken[c]) for c in range(k)], sum(taken[1:], taken[0])
 
 
-def clip_to_box(types: Any, volume: DeviceVolume, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
-    """The part of rays inside the field: from the later of ``begin`` (index units along) and the entry, to the exit.
+def clip_to_box(grid: DeviceGrid, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
+    """The part of rays where ``grid`` shows anything: from the later of ``begin`` (index units along) and the entry.
 
     ``point`` and ``along`` (unit) are lists of three; ``world`` as in Rays.
     """
     import drjit as dr
 
-    near, far, inverse = begin, types.Float(1e30), []
+    near, far, inverse = begin, grid.types.Float(1e30), []
     for a in range(3):
         d = along[a]
         safe = dr.select(dr.abs(d) < 1e-9, dr.select(d < 0, -1e-9, 1e-9), d)
         inv = dr.rcp(safe)
-        low, high = (-0.5 - point[a]) * inv, (volume.last[a] + 0.5 - point[a]) * inv
+        low, high = (grid.low[a] - point[a]) * inv, (grid.high[a] - point[a]) * inv
         near, far = dr.maximum(near, dr.minimum(low, high)), dr.minimum(far, dr.maximum(low, high))
         inverse.append(inv)
     length = dr.maximum(far - near, 0.0)
@@ -92,7 +119,7 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
     one = types.Float(1.0) + rays.length * 0.0
     zero = one - 1.0
     number = types.UInt32(zero)
-    state: dict[str, Any] = {"s": zero, "T": one, "A": [zero + 0.0 for _ in range(data.table.table.materials)]}
+    state: dict[str, Any] = {"s": zero, "T": one, "A": [zero + 0.0 for _ in range(data.materials)]}
     if counts:
         state |= {"samples": number + 0, "steps": number + 0}
     if data.quadrature == "preintegrated":
@@ -110,12 +137,8 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
         after = _turn(data, rays, now)
         return tuple(after[name] for name in names)
 
-    end = dict(zip(names, dr.while_loop(tuple(state.values()), going, turn, labels=_labels(names)), strict=True))
+    end = dict(zip(names, dr.while_loop(tuple(state.values()), going, turn), strict=True))
     return Marched(end["A"], end["T"], end.get("samples"), end.get("steps"))
-
-
-def _labels(names: list[str]) -> tuple[str, ...]:
-    return ()
 
 
 def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
@@ -125,40 +148,44 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     types, table = data.volume.types, data.table
     s, seen = now["s"], now["T"]
     here = rays.at(s + 1e-3)
-    relative, brick = data.grid.at(here, True)
-    steps = relative > 0
-    step = relative * data.scale
+    word, brick = data.grid.at(here, True)
+    steps = word < int(EMPTY)
+    step = data.grid.relative_step(word) * data.scale
     if data.grid.grid.weighs_transmittance:
         step *= dr.rsqrt(dr.sqrt(dr.maximum(seen, 1e-6)))
     step = dr.minimum(dr.clip(step, SHORTEST_STEP, data.grid.longest), rays.length - s)
-    leap = data.grid.leap(here, rays.inverse, brick, -relative)
+    leap = data.grid.leap(here, rays.inverse, brick, word)
     after = dict(now)
     after["s"] = s + dr.select(steps, step, leap)
     # What float32 really added: steps much shorter than s are rounded, always the same way over many of them.
     step = after["s"] - s
     if data.quadrature == "midpoint":
-        x = table.position(data.volume.value(rays.at(dr.fma(step, 0.5, s)), steps))
-        part, record = table.record(x, steps)
-        columns = [dr.fma(part, record[c + table.columns], record[c]) for c in range(table.columns)]
+        source, extinction = data.optics_at(rays.at(dr.fma(step, 0.5, s)), steps)
     else:
         x = table.position(data.volume.value(rays.at(dr.minimum(after["s"], rays.length)), True))
         part, record = table.record(x, True)
         integral = _integrals(table, part, record)
-        columns = _means(table, now, x, part, record, integral)
+        source, extinction = data.optics(_means(table, now, x, part, record, integral), here, steps)
         after["x"], after["S"] = x, integral
-    extinction = columns[-1] if table.columns > table.table.materials else sum(columns[1:], columns[0])
     width = dr.select(steps, step * rays.world, 0.0)
-    depth = extinction * width
-    passed = dr.exp(-depth)
-    reach = dr.select(depth > 1e-2, (1.0 - passed) / dr.maximum(depth, 1e-2), 1.0 - depth * (0.5 - depth / 6.0))
+    passed, reach = attenuation(extinction * width)
     gain = seen * width * reach
-    after["A"] = [dr.fma(gain, columns[k], now["A"][k]) for k in range(table.table.materials)]
+    after["A"] = [dr.fma(gain, source[k], now["A"][k]) for k in range(data.materials)]
     after["T"] = seen * passed
     if "steps" in now:
-        source = sum(columns[1:], columns[0])
-        after["samples"] = now["samples"] + dr.select(steps & (source > 0), types.UInt32(1), types.UInt32(0))
+        shows = steps & (sum(source[1:], source[0]) > 0)
+        after["samples"] = now["samples"] + dr.select(shows, types.UInt32(1), types.UInt32(0))
         after["steps"] = now["steps"] + 1
     return after
+
+
+def attenuation(depth: Any) -> tuple[Any, Any]:
+    """(e^-τ, (1 - e^-τ)/τ) of an optical depth; the second by its series where it is small, down to no extinction."""
+    import drjit as dr
+
+    passed = dr.exp(-depth)
+    series = 1.0 - depth * (0.5 - depth / 6.0)
+    return passed, dr.select(depth > 1e-2, (1.0 - passed) / dr.maximum(depth, 1e-2), series)
 
 
 def _integrals(table: DeviceTable, part: Any, record: list[Any]) -> list[Any]:

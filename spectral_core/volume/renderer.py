@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,8 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Quadrature, clip_to_box, march
+from spectral_core.volume.gradient import gradient_magnitude
+from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Quadrature, Rays, clip_to_box, march
 from spectral_core.volume.rules import RangeTables, Rule, step_grid
 from spectral_core.volume.tables import TransferTable, tabulate
 from spectral_core.volume.transfer import TransferFunction
@@ -104,6 +105,11 @@ class VolumeRenderer:
             self._statistics[key] = made or brick_statistics(self.volume, self.edge)
         return self._statistics[key]
 
+    @cached_property
+    def gradient(self) -> DeviceVolume:
+        """Gradient magnitudes on the device, made when a two-dimensional transfer function first asks."""
+        return DeviceVolume(self.types, gradient_magnitude(self.volume))
+
     def prepare(self, transfer: TransferFunction) -> PreparedTransfer:
         """Tables and grids for ``transfer``; the last one asked for is kept."""
         if self._prepared is None or self._prepared[0] is not transfer:
@@ -144,13 +150,13 @@ class VolumeRenderer:
         import drjit as dr
 
         data = self.prepare(transfer).march_input(stepping, least_transmittance)
-        rays = self._rays(view, pixels)
+        rays = self._rays(view, pixels, data.grid)
         out = march(data, rays, counts=counts)
         channels = [*out.amounts, out.transmittance, *([out.samples, out.steps] if counts else [])]
         dr.eval(channels)
         return [channel.numpy() for channel in channels]
 
-    def _rays(self, view: View, pixels: tuple[Any, Any]) -> Any:
+    def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr
 
         types = self.types
@@ -161,7 +167,7 @@ class VolumeRenderer:
         length = dr.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
         per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) / length
         begin = -dr.opaque(types.Float, min(back, 1e15)) * length
-        return clip_to_box(types, self.device_volume, point, [a / length for a in along], per_index, begin)
+        return clip_to_box(grid, point, [a / length for a in along], per_index, begin)
 
 
 class PreparedTransfer:
@@ -169,9 +175,13 @@ class PreparedTransfer:
 
     def __init__(self, renderer: VolumeRenderer, transfer: TransferFunction) -> None:
         self.renderer = renderer
-        self.table: TransferTable = tabulate(transfer, renderer.volume)
-        if transfer.uses_gradient:
-            raise InvalidInputError("two-dimensional transfer functions need the gradient field")
+        gradient = renderer.gradient if transfer.uses_gradient else None
+        highest = gradient.volume.value_range[1] if gradient else 0.0
+        self.table: TransferTable = tabulate(transfer, renderer.volume, highest)
+        self.gradient, self.weights = gradient, None
+        if gradient and self.table.weights is not None:
+            over = TransferTable(0.0, self.table.gradient_high, self.table.weights, len(transfer.materials))
+            self.weights = DeviceTable(renderer.types, over, gradient, False)
         self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
         self._grids: dict[Rule, DeviceGrid] = {}
         self._tables: dict[Quadrature, DeviceTable] = {}
@@ -180,7 +190,7 @@ class PreparedTransfer:
         """The step grid of ``rule`` on the device."""
         if rule not in self._grids:
             made = step_grid(rule, self.renderer.statistics(rule), self.ranges)
-            self._grids[rule] = DeviceGrid(self.renderer.types, made)
+            self._grids[rule] = DeviceGrid(self.renderer.types, made, self.renderer.volume.shape)
         return self._grids[rule]
 
     def march_input(self, stepping: Stepping, least_transmittance: float) -> MarchInput:
@@ -188,12 +198,21 @@ class PreparedTransfer:
         import drjit as dr
 
         types, quadrature = self.renderer.types, stepping.quadrature
+        with_integrals = quadrature == "preintegrated"
         if quadrature not in self._tables:
-            with_integrals = quadrature == "preintegrated"
             self._tables[quadrature] = DeviceTable(types, self.table, self.renderer.device_volume, with_integrals)
         scale, floor = (dr.opaque(types.Float, float(v)) for v in (stepping.scale, least_transmittance))
+        if self.gradient and with_integrals:
+            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
         return MarchInput(
-            self.renderer.device_volume, self.grid(stepping.rule), self._tables[quadrature], scale, quadrature, floor
+            self.renderer.device_volume,
+            self.grid(stepping.rule),
+            self._tables[quadrature],
+            scale,
+            quadrature,
+            floor,
+            self.gradient,
+            self.weights,
         )
 
 

@@ -67,7 +67,7 @@ def tabulate(transfer: TransferFunction, volume: ScalarVolume, gradient_high: fl
         count *= 4
     weights = None
     if transfer.uses_gradient:
-        at = np.linspace(0.0, max(gradient_high, 1e-30), _FEWEST + 1)
+        at = np.linspace(0.0, max(gradient_high, 1e-30), 4 * _FEWEST + 1)
         weights = np.stack([material.weight(at) for material in transfer.materials], axis=-1)
     return TransferTable(low, high, columns, len(transfer.materials), gradient_high, weights)
 

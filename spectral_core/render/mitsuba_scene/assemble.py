@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,15 +20,25 @@ _PLAIN = Material("", Diffuse())
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedScene:
-    """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it."""
+    """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
+
+    ``switches``: per light group what turns it on and off, where that was asked for.
+    """
 
     scene: Any
     notes: tuple[Note, ...]
+    switches: dict[str, list[Callable[[bool], None]]]
+
+    def light_only(self, group: str) -> None:
+        """Switch every light group off but one."""
+        for name, switches in self.switches.items():
+            for switch in switches:
+                switch(name == group)
 
 
-def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool) -> LoadedScene:
-    """Mitsuba's scene of ``scene`` under the active variant."""
-    context = Context(mitsuba, spectral)
+def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False) -> LoadedScene:
+    """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable."""
+    context = Context(mitsuba, spectral, {} if groups else None)
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     shapes = _Shapes(context, scene, parts)
@@ -41,7 +52,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool) -> LoadedScene:
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
-    return LoadedScene(context.load(description), tuple(context.notes))
+    return LoadedScene(context.load(description), tuple(context.notes), context.switches or {})
 
 
 class _Shapes:
@@ -74,6 +85,7 @@ class _Shapes:
         children = {"bsdf": self.bsdfs[material.name]}
         radiance = surface.emission(self.context, material.surface, material.name)
         if radiance is not None:
+            radiance = self.context.switched(radiance, instance.group)
             description = {"type": "blender_area", "radiance": radiance, "two_sided": True}
             children["emitter"] = self.context.load(description)
         return children

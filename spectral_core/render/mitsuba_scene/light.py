@@ -50,7 +50,7 @@ def _point(context: Context, light: PointLight, color: Color | Spectrum, intensi
     center = [float(value) for value in light.world_from_light[:3, 3]]
     if light.radius <= 0:
         return context.load(
-            {"type": "point", "position": center, "intensity": paint.constant_emission(context, color, intensity)}
+            {"type": "point", "position": center, "intensity": _emitted(context, light, color, intensity)}
         )
     radiance = intensity / (np.pi * light.radius**2)
     return context.load(
@@ -59,7 +59,7 @@ def _point(context: Context, light: PointLight, color: Color | Spectrum, intensi
             "center": center,
             "radius": float(light.radius),
             "bsdf": {"type": "null"},
-            "emitter": {"type": "area", "radiance": paint.constant_emission(context, color, radiance)},
+            "emitter": {"type": "area", "radiance": _emitted(context, light, color, radiance)},
         }
     )
 
@@ -72,7 +72,7 @@ def _spot(context: Context, light: SpotLight, color: Color | Spectrum, intensity
         {
             "type": "blender_spot",
             "to_world": context.mitsuba.ScalarTransform4f(to_world),
-            "intensity": paint.constant_emission(context, color, intensity),
+            "intensity": _emitted(context, light, color, intensity),
             "radius": float(light.radius),
             "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
             "blend": float(light.blend),
@@ -88,7 +88,7 @@ def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_spher
     direction = direction / length
     half_angle = min(light.angle_rad, np.pi) / 2
     if half_angle < 1e-5:
-        irradiance = paint.constant_emission(context, color, light.irradiance)
+        irradiance = _emitted(context, light, color, light.irradiance)
         return [
             context.load({"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance})
         ]
@@ -98,7 +98,9 @@ def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_spher
     corners = _ellipse(_basis(direction), center - direction * distance, 2 * distance * np.tan(half_angle) * np.ones(2))
     # the disk's irradiance on what faces it: radiance · π sin²(half angle)
     radiance = light.irradiance / (np.pi * np.sin(half_angle) ** 2)
-    return [_emitting_polygon(context, geometry.polygon(corners, light.name), color, {"radiance": radiance})]
+    return [
+        _emitting_polygon(context, geometry.polygon(corners, light.name), _emitted(context, light, color, radiance))
+    ]
 
 
 def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[Any]:
@@ -117,10 +119,11 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[A
     if not area > 0:
         context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
         return []
-    emission: dict[str, float] = {"radiance": light.power_w / (np.pi * area)}
+    radiance = _emitted(context, light, color, light.power_w / (np.pi * area))
+    spread: dict[str, float] = {}
     if light.spread_rad < np.pi - 1e-6:
-        emission |= _spread(max(light.spread_rad, np.radians(1.0)) / 2)
-    return [_emitting_polygon(context, part, color, emission)]
+        spread = _spread(max(light.spread_rad, np.radians(1.0)) / 2)
+    return [_emitting_polygon(context, part, radiance, spread)]
 
 
 def _spread(half_angle: float) -> dict[str, float]:
@@ -148,13 +151,15 @@ def _ellipse(axes: Array, origin: Array, size: Array) -> Array:
     return np.asarray(origin + (circle * size / 2) @ axes[:, :2].T)
 
 
+def _emitted(context: Context, light: Light, color: Color | Spectrum, strength: float) -> Any:
+    return context.switched(paint.constant_emission(context, color, strength), light.group)
+
+
 def _emitting_polygon(
-    context: Context, part: geometry.Part, color: Color | Spectrum, emission: dict[str, float]
+    context: Context, part: geometry.Part, radiance: Any, spread: dict[str, float] | None = None
 ) -> Any:
-    emission = dict(emission)
-    texture = paint.constant_emission(context, color, emission.pop("radiance"))
-    kind = "blender_area" if emission else "area"
-    emitter = context.load({"type": kind, "radiance": texture, **emission})
+    kind = "blender_area" if spread else "area"
+    emitter = context.load({"type": kind, "radiance": radiance, **(spread or {})})
     return geometry.mesh_shape(context, part, {"bsdf": context.load({"type": "null"}), "emitter": emitter})
 
 
@@ -164,7 +169,7 @@ def world_emitter(context: Context, world: World) -> Any | None:
         return None
     if isinstance(world.color, (Color, Spectrum)):
         radiance = paint.constant_emission(context, world.color, world.strength)
-        return context.load({"type": "constant", "radiance": radiance})
+        return context.load({"type": "constant", "radiance": context.switched(radiance, world.group)})
     if isinstance(world.color, ImageTexture):
         return _environment(context, world, world.color)
     context.note("World", "has a mixed color; the first part of the mix lights the scene")
@@ -184,11 +189,23 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
         rows_from_top = np.repeat(np.repeat(rows_from_top, 2, axis=0), 2, axis=1)
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
-    return context.load(
+    scale = float(world.strength) * unit
+    emitter = context.load(
         {
             "type": "envmap",
             "bitmap": mi.Bitmap(rows_from_top),
-            "scale": float(world.strength) * unit,
+            "scale": scale,
             "to_world": mi.ScalarTransform4f(world.world_from_environment @ _ENVIRONMENT_AXES),
         }
     )
+    if context.switches is not None:
+        import drjit
+
+        parameters = mi.traverse(emitter)
+
+        def switch(on: bool) -> None:
+            parameters["scale"] = drjit.opaque(mi.Float, scale if on else 0.0)
+            parameters.update()
+
+        context.switches.setdefault(world.group, []).append(switch)
+    return emitter

@@ -63,7 +63,7 @@ class Weight:
         return result
 
 
-def weighted_closures(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Any]]:  # noqa: B008
+def weighted_closures(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Any]]:
     """The closures of a tree with their weights, those of weight 0 left out."""
     if surface is None or weight.constant == 0:
         return

@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
+
+from spectral_core.render.plugins import opaque_number
 
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the emitters for the active variant."""
+    number = partial(opaque_number, mi, dr)
 
     class BlenderSpot(mi.Emitter):
         """A point or a ball behind a cone with a soft edge, shining along local -Z.
@@ -21,13 +25,15 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = mi.EmitterFlags.DeltaPosition
             self.m_needs_sample_3 = False
             self.intensity = properties["intensity"]
-            self.radius = properties.get("radius", 0.0)
-            self.cosine = properties["cosine"]
-            self.softness = max(1e-6, (1.0 - self.cosine) * properties["blend"])
+            radius, cosine = properties.get("radius", 0.0), properties["cosine"]
+            self.is_ball = radius > 0
+            self.radius, self.cosine = number(radius), number(cosine)
+            self.softness = number(max(1e-6, (1.0 - cosine) * properties["blend"]))
             to_world = properties["to_world"]
             matrix = to_world.matrix if hasattr(to_world, "matrix") else to_world
-            self.center = [float(matrix[i, 3]) for i in range(3)]
-            self.axis = [-float(matrix[i, 2]) for i in range(3)]
+            self.place = [float(matrix[i, 3]) for i in range(3)]
+            self.center = [number(value) for value in self.place]
+            self.axis = [number(-float(matrix[i, 2])) for i in range(3)]
 
         def falloff(self, toward_receiver: Any) -> Any:
             """Cycles' spot_light_attenuation: a smooth step in the cosine, from the cone's edge inwards."""
@@ -61,7 +67,7 @@ def register(mi: Any, dr: Any) -> None:
             si = dr.zeros(mi.SurfaceInteraction3f)
             si.wavelengths, si.time, si.p = it.wavelengths, it.time, ds.p
             # radiance intensity / (π r²) times the cone's solid angle 2π · rise, or the inverse square of a point
-            per_area = 2.0 * rise / (self.radius * self.radius) if self.radius > 0 else inv_distance * inv_distance
+            per_area = 2.0 * rise / (self.radius * self.radius) if self.is_ball else inv_distance * inv_distance
             weight = self.falloff(-direction) * per_area
             return ds, self.intensity.eval(si, active) * dr.select(active, weight, 0.0)
 
@@ -77,7 +83,7 @@ def register(mi: Any, dr: Any) -> None:
             return mi.Spectrum(0.0)
 
         def bbox(self) -> Any:
-            return mi.ScalarBoundingBox3f(mi.ScalarPoint3f(*self.center))
+            return mi.ScalarBoundingBox3f(mi.ScalarPoint3f(*self.place))
 
         def traverse(self, callback: Any) -> None:
             callback.put("intensity", self.intensity, mi.ParamFlags.Differentiable)
@@ -98,14 +104,15 @@ def register(mi: Any, dr: Any) -> None:
             self.m_needs_sample_3 = False
             self.radiance = properties["radiance"]
             self.two_sided = properties.get("two_sided", False)
-            self.tangent = properties.get("spread_tangent", 0.0)
-            self.gain = properties.get("spread_gain", 1.0)
+            tangent = properties.get("spread_tangent", 0.0)
+            self.is_spread = tangent > 0
+            self.tangent, self.gain = number(tangent), number(properties.get("spread_gain", 1.0))
 
         def profile(self, cosine: Any) -> Any:
             """Relative radiance at the cosine between normal and direction."""
             if self.two_sided:
                 return mi.Float(1.0) + 0.0 * cosine
-            if self.tangent <= 0.0:
+            if not self.is_spread:
                 return dr.select(cosine > 0.0, 1.0, 0.0)
             tangent = dr.safe_sqrt(1.0 - cosine * cosine) / dr.maximum(cosine, 1e-6)
             return dr.select(cosine > 0.0, dr.maximum(0.0, 1.0 - tangent / self.tangent) * self.gain, 0.0)

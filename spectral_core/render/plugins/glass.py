@@ -49,8 +49,10 @@ def register(mi: Any, dr: Any) -> None:
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             eta = self.relative_ior(si, active)
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
-            facets = None if self.smooth else Microfacets(mi, dr, self.roughness.eval_1(si, active))
-            normal = mi.Vector3f(0, 0, 1) if self.smooth else facets.distribution.sample(wi, sample2)[0]
+            normal = mi.Vector3f(0, 0, 1)
+            if not self.smooth:
+                facets = Microfacets(mi, dr, self.roughness.eval_1(si, active))
+                normal = facets.distribution.sample(wi, sample2)[0]
             facing = dr.dot(wi, normal)
             reflected, inner, _, _ = mi.fresnel(facing, eta)
             reflects = sample1 <= reflected

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Paints that are computed from paints: ``mixed_paint``, ``product_paint`` and ``root_paint``."""
+"""Paints that are computed from paints: ``mixed_paint``, ``product_paint``, ``root_paint``, ``switched_paint``."""
 
 from __future__ import annotations
 
 from typing import Any
+
+from spectral_core.render.plugins import opaque_number
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -14,7 +16,7 @@ def register(mi: Any, dr: Any) -> None:
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
-            self.scale = properties.get("scale", 1.0)
+            self.scale = opaque_number(mi, dr, properties.get("scale", 1.0))
 
         def is_spatially_varying(self) -> bool:
             return True
@@ -66,6 +68,26 @@ def register(mi: Any, dr: Any) -> None:
         def eval_3(self, si: Any, active: Any = True) -> Any:
             return self.scale * self.color.eval_3(si, active) * self.amount.eval_1(si, active)
 
+    class SwitchedPaint(ComputedPaint):
+        """``color`` times ``amount``, which may be set between renders: a light group's switch."""
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.color = properties["color"]
+            self.amount = dr.opaque(mi.Float, 1.0)
+
+        def switch(self, on: bool) -> None:
+            self.amount = dr.opaque(mi.Float, 1.0 if on else 0.0)
+
+        def is_spatially_varying(self) -> bool:
+            return bool(self.color.is_spatially_varying())
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return self.amount * self.color.eval(si, active)
+
+        def eval_1(self, si: Any, active: Any = True) -> Any:
+            return self.amount * self.color.eval_1(si, active)
+
     class RootPaint(ComputedPaint):
         """Square root of ``color``."""
 
@@ -79,6 +101,7 @@ def register(mi: Any, dr: Any) -> None:
         def eval_1(self, si: Any, active: Any = True) -> Any:
             return dr.safe_sqrt(self.color.eval_1(si, active))
 
+    mi.register_texture("switched_paint", lambda properties: SwitchedPaint(properties))
     mi.register_texture("root_paint", lambda properties: RootPaint(properties))
     mi.register_texture("mixed_paint", lambda properties: MixedPaint(properties))
     mi.register_texture("product_paint", lambda properties: ProductPaint(properties))
