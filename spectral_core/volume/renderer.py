@@ -82,12 +82,13 @@ def combine(amounts: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArra
 class VolumeRenderer:
     """Renders one field; keeps on the device what does not change with view or transfer function.
 
-    ``backend`` is ``llvm`` (the processor) or ``cuda``. Raises MissingDependencyError where Dr.Jit is absent.
+    ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError where
+    Dr.Jit is absent.
     """
 
-    def __init__(self, volume: ScalarVolume, backend: str = "llvm") -> None:
+    def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
         self.volume = volume
-        self.types = array_types(backend)
+        self.types = array_types(backend) if isinstance(backend, str) else backend
         self.device_volume = DeviceVolume(self.types, volume)
         self._statistics: dict[str, BrickStatistics] = {}
         self._prepared: tuple[TransferFunction, PreparedTransfer] | None = None
