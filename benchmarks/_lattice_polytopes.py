@@ -22,7 +22,10 @@ def random_polytope(index: int) -> tuple[str, Region]:
     if kind == "tangent planes":
         normals = rng.normal(size=(4 * n, n))
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        rows, limits = np.concatenate([normals, sides]), np.concatenate([rng.uniform(0.5, 1.5, 4 * n), np.full(2 * n, 2.0)])
+        rows, limits = (
+            np.concatenate([normals, sides]),
+            np.concatenate([rng.uniform(0.5, 1.5, 4 * n), np.full(2 * n, 2.0)]),
+        )
     elif kind == "cut box":
         normals = rng.normal(size=(3, n))
         rows, limits = np.concatenate([sides, normals]), np.concatenate([np.ones(2 * n), rng.uniform(0.1, 0.6, 3)])

@@ -96,11 +96,13 @@ def _anchored_general(region: Region) -> Anchored:
         row, limit = ball.tangent_row(center)
         rows, bounds = np.concatenate([rows, row[None]]), np.append(bounds, limit)
     else:
-        raise InvalidInputError("no point inside both the ball and the half-spaces was found; their overlap is empty or tiny")
+        raise InvalidInputError(
+            "no point inside both the ball and the half-spaces was found; their overlap is empty or tiny"
+        )
     if radius <= THINNEST:
         raise InvalidInputError(
-            f"the region holds no ball larger than {max(radius, 0.0) * size:.3g} around {np.round(center * size + shift, 6)}, "
-            f"relative to its size {max(radius, 0.0):.3g}; expected above {THINNEST:g}. It is empty, flat or too thin: "
+            f"the region holds no ball larger than {max(radius, 0.0) * size:.3g}, "
+            f"{max(radius, 0.0):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
             "widen the bounds or leave out the direction that should not vary"
         )
     slacks = bounds - rows @ center
@@ -143,7 +145,7 @@ def _require_bounded(rows: Matrix) -> None:
         if answer.status == 0:
             return
     raise InvalidInputError(
-        f"the {len(rows)} half-spaces in {n} dimensions leave the region unbounded; add limits, for example with & box(...)"
+        f"the {len(rows)} half-spaces in {n} dimensions leave the region unbounded; add limits, as with & box(...)"
     )
 
 

@@ -68,7 +68,9 @@ def lattice_classes(dimensions: int, rate: int, *, improper: bool | None = False
     if dimensions == 1:
         return Enumeration(classes, True, "one dimension has one lattice, Z")
     if rate in (2, 3) and dimensions <= 10:
-        return Enumeration(classes, True, "class groups certified; ideal class monoids enumerated (see docs/lattice.md)")
+        return Enumeration(
+            classes, True, "class groups certified; ideal class monoids enumerated (see docs/lattice.md)"
+        )
     if has_square_factor(rate):
         reason = f"rate {rate} has a square factor, so polynomials other than trinomials may exist"
     elif rate in (2, 3):

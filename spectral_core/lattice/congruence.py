@@ -27,7 +27,9 @@ def isometry(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) ->
     """
     a, b = checked_basis(first), checked_basis(second)
     if a.shape != b.shape:
-        raise InvalidInputError(f"lattices of dimension {len(a)} and {len(b)} cannot be compared; give equal dimensions")
+        raise InvalidInputError(
+            f"lattices of dimension {len(a)} and {len(b)} cannot be compared; give equal dimensions"
+        )
     gram = b.T @ b
     scale = float(gram.diagonal().max())
     if abs(abs(np.linalg.det(a)) / abs(np.linalg.det(b)) - 1.0) > len(a) * tolerance:
@@ -52,7 +54,9 @@ def isometry(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) ->
         products = vectors[options] @ vectors[chosen].T
         fits = (np.abs(products - gram[level, :level]) <= tolerance * scale).all(axis=1)
         positions.append(iter(options[fits]))
-    raise SolveError(f"the congruence test passed {MAX_STEPS} steps without a decision; these lattices are very symmetric")
+    raise SolveError(
+        f"the congruence test passed {MAX_STEPS} steps without a decision; these lattices are very symmetric"
+    )
 
 
 def are_congruent(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) -> bool:

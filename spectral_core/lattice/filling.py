@@ -42,7 +42,9 @@ def fill_exactly(
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
-    unit = math.exp(-float(np.linalg.slogdet(anchored.metric)[1]) / n)  # a length of the region, so that gauges are near 1
+    unit = math.exp(
+        -float(np.linalg.slogdet(anchored.metric)[1]) / n
+    )  # a length of the region, so that gauges are near 1
     for _ in range(MAX_DRAWS):
         turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
         basis = unit * (turn @ lattice.generator)
@@ -80,7 +82,9 @@ def place_about(
     n = lattice.dimensions
     turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
     spacing = math.exp((log_volume - math.log(count)) / n)
-    return _frozen_frame(lattice, turn, spacing, anchored.center + spacing * (turn @ lattice.reduced @ (rng.random(n) - 0.5)))
+    return _frozen_frame(
+        lattice, turn, spacing, anchored.center + spacing * (turn @ lattice.reduced @ (rng.random(n) - 0.5))
+    )
 
 
 def level_for(frame: Frame, region: Region, count: int) -> int:
@@ -114,13 +118,15 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
             return gauges[order], coefficients[order]
         few = len(inside) < 16
         gauge *= 1.0 + 1.5 / n if few else min(2.0, float((1.02 * wanted / len(inside)) ** (1.0 / n)))
-    raise SolveError(f"{count} points were not reached in {MAX_GROWTHS} searches; the region is too slanted for this lattice")
+    raise SolveError(
+        f"{count} points were not reached in {MAX_GROWTHS} searches; the region is too slanted for this lattice"
+    )
 
 
 def _anchored(lattice: Lattice, region: Region) -> Anchored:
     if region.dimensions != lattice.dimensions:
         raise InvalidInputError(
-            f"the region has {region.dimensions} dimensions and the lattice {lattice.dimensions}; make a lattice for the region"
+            f"the region has {region.dimensions} dimensions, the lattice {lattice.dimensions}; make one for the region"
         )
     return anchor(region)
 

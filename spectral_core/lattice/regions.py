@@ -111,9 +111,13 @@ class Region:
     def __and__(self, other: Region) -> Region:
         """The points in both regions; at most one of them may hold a ball."""
         if self.dimensions != other.dimensions:
-            raise InvalidInputError(f"regions of {self.dimensions} and {other.dimensions} dimensions cannot be intersected")
+            raise InvalidInputError(
+                f"regions of {self.dimensions} and {other.dimensions} dimensions cannot be intersected"
+            )
         if self.norm_ball is not None and other.norm_ball is not None:
-            raise InvalidInputError("both regions hold a p-norm ball; a region may hold one, enclose the other by half-spaces")
+            raise InvalidInputError(
+                "both regions hold a p-norm ball; a region may hold one, enclose the other by half-spaces"
+            )
         rows = np.concatenate([self.rows, other.rows])
         bounds = np.concatenate([self.bounds, other.bounds])
         return Region(_frozen(rows), _frozen(bounds), self.norm_ball or other.norm_ball)
@@ -167,7 +171,9 @@ def halfspaces(rows: ArrayLike, bounds: ArrayLike) -> Region:
     lengths = np.linalg.norm(a, axis=1)
     empty = lengths == 0.0
     if (b[empty] < 0).any():
-        raise InvalidInputError(f"row {int(np.flatnonzero(empty & (b < 0))[0])} says 0 <= {b[empty].min()}: no point fits")
+        raise InvalidInputError(
+            f"row {int(np.flatnonzero(empty & (b < 0))[0])} says 0 <= {b[empty].min()}: no point fits"
+        )
     keep = ~empty
     return Region(_frozen(a[keep] / lengths[keep, None]), _frozen(b[keep] / lengths[keep]))
 

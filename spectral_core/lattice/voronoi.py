@@ -33,9 +33,10 @@ def checked_basis(basis: ArrayLike) -> Matrix:
     given = frozen_array("basis", basis, (None, None))
     n = given.shape[0]
     if given.shape[1] != n or not 1 <= n <= 16:
-        raise InvalidInputError(f"basis has shape {given.shape}; expected n×n with the basis vectors as columns, n to 16")
-    reduced: Matrix = given @ lll(given)
-    return reduced
+        raise InvalidInputError(
+            f"basis has shape {given.shape}; expected n×n with the basis vectors as columns, n to 16"
+        )
+    return np.asarray(given @ lll(given))
 
 
 def relevant_vectors(basis: ArrayLike) -> Matrix:
@@ -145,7 +146,7 @@ def _distinct(points: Matrix) -> Matrix:
 
 
 def _hull_simplices(points: Matrix) -> NDArray[np.int64]:
-    """Simplices of the hull, (F, n). Nearly flat corners can defeat Qhull's merging; then points move by about 1e-11."""
+    """Simplices of the hull, (F, n); where nearly flat corners defeat Qhull's merging, points move by about 1e-11."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
