@@ -54,7 +54,9 @@ class MissingDependencyError(SpectralError):
     @classmethod
     def package(cls, package: str, purpose: str, extra: str) -> MissingDependencyError:
         """Message for a Python package that an extra of this distribution brings."""
-        return cls(f"{purpose} needs the Python package {package!r}; install it with: pip install 'spectral-scene[{extra}]'")
+        return cls(
+            f"{purpose} needs the Python package {package!r}; install it with: pip install 'spectral-scene[{extra}]'"
+        )
 
 
 class SolveError(SpectralError):

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Past the thesis: Figure 5.2 and random 9×9 palettes with the default rounds instead of one.
+
+All settings but the wishes are the defaults of ``PaletteProblem``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks import Options
+from benchmarks import _palette_thesis_data as thesis
+from benchmarks.palette_thesis import mean_delta_e_1976
+from spectral_core.palette import PaletteProblem, solve_palette
+from spectral_core.palette.presets import split_light
+
+
+def run(options: Options) -> dict:
+    """Print and return the errors."""
+    defaults = PaletteProblem.__dataclass_fields__
+    chosen = {name: defaults[name].default for name in ("rounds", "smoothness", "smoothness_operator")}
+    split = {
+        "thesis grid": replace(thesis.from_scratch(1, 1.0), **chosen),
+        "preset, as rendered": replace(split_light(), **chosen),
+    }
+    figures: dict = {"defaults": chosen, "split_light_max_delta_e_2000": {}}
+    for name, problem in split.items():
+        solution = solve_palette(problem, explain=False)
+        figures["split_light_max_delta_e_2000"][name] = solution.max_delta_e_2000
+        print(f"5×3 of Figure 5.2, {name:20} {solution.rounds:3d} rounds, max ΔE2000 {solution.max_delta_e_2000:.5f}")
+    seeds = 2 if options.quick else 20
+    errors = []
+    for seed in range(seeds):
+        one = thesis.random_palette((9, 9), np.random.default_rng(100 + seed))
+        errors.append(mean_delta_e_1976(solve_palette(replace(one, **chosen), explain=False)))
+    figures["random_9x9_mean_delta_e_1976"] = {"mean": float(np.mean(errors)), "worst": float(np.max(errors))}
+    print(f"random 9×9, {seeds} seeds: mean ΔE76 {np.mean(errors):.3f}, worst palette {np.max(errors):.3f}")
+    return figures

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From tristimulus values to what a screen shows and an eye tells apart: linear sRGB, CIELAB, ΔE.
+
+Colors are arrays (..., 3). XYZ and linear RGB are relative: 1 is the perfect white. The white of CIELAB is an
+argument; its default is the white of the sRGB matrix, so that linear RGB (1, 1, 1) is L* = 100, a* = b* = 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+
+RGB_FROM_XYZ: Array = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+"""IEC 61966-2-1, to the digits that the standard prints (and Blender, OpenColorIO and colour-science agree with)."""
+XYZ_FROM_RGB: Array = np.linalg.inv(RGB_FROM_XYZ)
+WHITE_XYZ: Array = XYZ_FROM_RGB @ np.ones(3)
+"""XYZ of linear RGB (1, 1, 1): D65."""
+for _constant in (RGB_FROM_XYZ, XYZ_FROM_RGB, WHITE_XYZ):
+    _constant.setflags(write=False)
+
+_EPSILON = 216 / 24389  # CIE 15:2018, where CIELAB turns from a cube root into a line
+_KAPPA = 24389 / 27
+
+
+def linear_rgb_from_xyz(xyz: ArrayLike) -> Array:
+    """Linear sRGB (..., 3) from XYZ (..., 3); outside [0, 1] where the color is outside the display gamut."""
+    return np.asarray(xyz, dtype=np.float64) @ RGB_FROM_XYZ.T
+
+
+def xyz_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
+    """XYZ (..., 3) from linear sRGB (..., 3)."""
+    return np.asarray(linear_rgb, dtype=np.float64) @ XYZ_FROM_RGB.T
+
+
+def display_rgb_from_linear(linear_rgb: ArrayLike) -> Array:
+    """sRGB transfer curve (IEC 61966-2-1), odd about zero so that nothing outside the gamut is lost."""
+    linear = np.asarray(linear_rgb, dtype=np.float64)
+    size = np.abs(linear)
+    curved = 1.055 * np.power(np.maximum(size, 0.0031308), 1 / 2.4) - 0.055
+    return np.sign(linear) * np.where(size <= 0.0031308, 12.92 * size, curved)
+
+
+def linear_from_display_rgb(display_rgb: ArrayLike) -> Array:
+    """Inverse of display_rgb_from_linear."""
+    display = np.asarray(display_rgb, dtype=np.float64)
+    size = np.abs(display)
+    curved = np.power((np.maximum(size, 0.04045) + 0.055) / 1.055, 2.4)
+    return np.sign(display) * np.where(size <= 0.04045, size / 12.92, curved)
+
+
+def lab_from_xyz(xyz: ArrayLike, white_xyz: ArrayLike = WHITE_XYZ) -> Array:
+    """CIELAB (..., 3) of XYZ (..., 3) seen under a white (3,) (CIE 15:2018)."""
+    white = np.asarray(white_xyz, dtype=np.float64)
+    if np.any(white <= 0):
+        raise InvalidInputError(f"the white of CIELAB is {white.tolist()}; all three XYZ must be positive")
+    ratio = np.asarray(xyz, dtype=np.float64) / white
+    f = np.where(ratio > _EPSILON, np.cbrt(ratio), (_KAPPA * ratio + 16) / 116)
+    x, y, z = f[..., 0], f[..., 1], f[..., 2]
+    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
+
+
+def lab_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
+    """CIELAB (..., 3) of linear sRGB (..., 3) under the white of sRGB (D65)."""
+    return lab_from_xyz(xyz_from_linear_rgb(linear_rgb))
+
+
+def lab_jacobian_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
+    """d(L*, a*, b*) / d(linear RGB), shape (..., 3, 3), at linear sRGB (..., 3), under the white of sRGB."""
+    ratio = xyz_from_linear_rgb(linear_rgb) / WHITE_XYZ
+    slope = np.where(ratio > _EPSILON, np.cbrt(np.maximum(ratio, _EPSILON)) ** -2 / 3, _KAPPA / 116)
+    lab_from_f = np.array([[0.0, 116, 0], [500, -500, 0], [0, 200, -200]])
+    jacobian: Array = np.matmul(lab_from_f, slope[..., None] * (XYZ_FROM_RGB / WHITE_XYZ[:, None]))
+    return jacobian
+
+
+def delta_e_1976(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
+    """CIE 1976 color difference: Euclidean distance in CIELAB, shape (...)."""
+    difference = np.asarray(lab_1, dtype=np.float64) - np.asarray(lab_2, dtype=np.float64)
+    return np.sqrt(np.square(difference).sum(axis=-1))
+
+
+def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
+    """CIEDE2000 color difference, shape (...), all weights 1.
+
+    Sharma, Wu and Dalal 2005, "The CIEDE2000 color-difference formula"; equation numbers are theirs.
+    """
+    lab_a, lab_b = np.broadcast_arrays(np.asarray(lab_1, dtype=np.float64), np.asarray(lab_2, dtype=np.float64))
+    (lightness_1, a_1, b_1), (lightness_2, a_2, b_2) = np.moveaxis(lab_a, -1, 0), np.moveaxis(lab_b, -1, 0)
+    chroma_7 = ((np.hypot(a_1, b_1) + np.hypot(a_2, b_2)) / 2) ** 7
+    stretch = 1.5 - 0.5 * np.sqrt(chroma_7 / (chroma_7 + 25.0**7))  # 1 + G, Eq. (4)
+    chroma_1, chroma_2 = np.hypot(stretch * a_1, b_1), np.hypot(stretch * a_2, b_2)
+    hue_1, hue_2 = np.arctan2(b_1, stretch * a_1) % (2 * np.pi), np.arctan2(b_2, stretch * a_2) % (2 * np.pi)
+    gray = chroma_1 * chroma_2 == 0
+
+    hue_step = hue_2 - hue_1  # Eq. (10): the shorter way round, none where one color has no hue
+    hue_step = np.where(
+        hue_step > np.pi, hue_step - 2 * np.pi, np.where(hue_step < -np.pi, hue_step + 2 * np.pi, hue_step)
+    )
+    hue_step = np.where(gray, 0.0, hue_step)
+    d_lightness, d_chroma = lightness_2 - lightness_1, chroma_2 - chroma_1
+    d_hue = 2 * np.sqrt(chroma_1 * chroma_2) * np.sin(hue_step / 2)
+
+    hue_sum = hue_1 + hue_2  # Eq. (14)
+    turned = np.where(hue_sum < 2 * np.pi, hue_sum + 2 * np.pi, hue_sum - 2 * np.pi)
+    hue = np.where(gray, hue_sum, np.where(np.abs(hue_1 - hue_2) > np.pi, turned, hue_sum) / 2)
+    lightness, chroma = (lightness_1 + lightness_2) / 2, (chroma_1 + chroma_2) / 2
+    return _ciede2000_norm(lightness, chroma, hue, (d_lightness, d_chroma, d_hue))
+
+
+def _ciede2000_norm(lightness: Array, chroma: Array, hue: Array, steps: tuple[Array, Array, Array]) -> Array:
+    """Weighted length of the step at the mean color: Eqs. (15) to (22)."""
+    degrees = np.degrees(hue)
+    tint = (
+        1
+        - 0.17 * np.cos(hue - np.radians(30))
+        + 0.24 * np.cos(2 * hue)
+        + 0.32 * np.cos(3 * hue + np.radians(6))
+        - 0.20 * np.cos(4 * hue - np.radians(63))
+    )
+    off_gray = (lightness - 50) ** 2
+    scale_lightness = 1 + 0.015 * off_gray / np.sqrt(20 + off_gray)
+    scale_chroma = 1 + 0.045 * chroma
+    scale_hue = 1 + 0.015 * chroma * tint
+    turn = np.radians(60) * np.exp(-(((degrees - 275) / 25) ** 2))
+    rotation = -2 * np.sqrt(chroma**7 / (chroma**7 + 25.0**7)) * np.sin(turn)
+    step_lightness, step_chroma, step_hue = steps[0] / scale_lightness, steps[1] / scale_chroma, steps[2] / scale_hue
+    square = step_lightness**2 + step_chroma**2 + step_hue**2 + rotation * step_chroma * step_hue
+    return np.sqrt(np.maximum(square, 0.0))

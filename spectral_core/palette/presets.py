@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Palettes to start from, one function each, all returning a ``PaletteProblem``.
+
+Colors are linear sRGB unless said otherwise. Every preset designs on 380 to 780 nm with linear interpolation, so that
+the colors hold when rendered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.color import WHITE_XYZ
+from spectral_core.datasets import illuminant
+from spectral_core.errors import InvalidInputError
+from spectral_core.observer import normalized
+from spectral_core.palette.kernel import color_kernel
+from spectral_core.palette.problem import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.spectrum import Illuminant, SpectralGrid
+
+Array = NDArray[np.float64]
+
+SPLIT_COLORS = np.array([(202, 0, 32), (244, 165, 130), (247, 247, 247), (146, 197, 222), (5, 113, 176)]) / 255
+"""ColorBrewer RdBu-5, taken as linear RGB as the thesis did (Figure 5.2)."""
+
+
+def design_grid(step_nm: float = 10.0) -> SpectralGrid:
+    """The grid of the presets: 380 to 780 nm."""
+    return SpectralGrid.uniform(380.0, 780.0, step_nm)
+
+
+def light_color(light: Illuminant, grid: SpectralGrid | None = None) -> Array:
+    """Linear RGB (3,) of a perfect white under the light."""
+    kernel = color_kernel(grid or light.grid)
+    return kernel.rgb_cmfs[0] @ kernel.spectrum_at_points(light)
+
+
+def hidden_mark(
+    *,
+    conceal: str = "D65",
+    reveal: str = "HP1",
+    color: ArrayLike = (0.26, 0.235, 0.19),
+    contrast: float = 3.0,
+    grid: SpectralGrid | None = None,
+) -> PaletteProblem:
+    """Two paints, "mark" and "ground", equal under ``conceal`` and far apart under ``reveal`` (section 5.4.3).
+
+    ``color``: what both show under ``conceal``, linear RGB. ``contrast``: how many times brighter the mark should be
+    than the ground under ``reveal``; what [0, 1] and the exact match leave of it is in the solution.
+    """
+    grid = grid or design_grid(5.0)
+    wanted = frozen_array("color", color, (3,))
+    if not contrast > 1:
+        raise InvalidInputError(f"contrast is {contrast}; the mark must be more than 1 time as bright as the ground")
+    lights = [normalized(illuminant(name)) for name in (conceal, reveal)]
+    middle = float(np.dot((0.2126, 0.7152, 0.0722), wanted)) * light_color(lights[1])
+    bright, dark = middle * np.sqrt(contrast), middle / np.sqrt(contrast)
+    cells = (
+        (Cell.fixed(wanted, exact=True), Cell.fixed(bright)),
+        (Cell.fixed(wanted, exact=True), Cell.fixed(dark)),
+    )
+    materials = (PaletteReflectance("mark"), PaletteReflectance("ground"))
+    return PaletteProblem(grid, tuple(map(PaletteLight, lights)), materials, cells, smoothness=0.2)
+
+
+def metamer_pair(
+    *,
+    match: str = "D65",
+    split: str = "HP1",
+    colors: ArrayLike = ((0.55, 0.30, 0.02), (0.30, 0.28, 0.05)),
+    box: tuple[ArrayLike, ArrayLike] = ((0.05, 0.10, 0.25), (0.35, 0.45, 0.9)),
+    grid: SpectralGrid | None = None,
+) -> PaletteProblem:
+    """Two reflectances that look the same under one light and have given colors under another (Figure 5.1).
+
+    Their common color under ``match`` is free inside ``box`` (by default a blue, as in the figure); ``colors``: (2, 3)
+    under ``split``.
+    """
+    grid = grid or design_grid()
+    apart = frozen_array("colors", colors, (2, 3))
+    lights = [normalized(illuminant(name)) for name in (split, match)]
+    cells = (
+        (Cell.fixed(apart[0]), Cell.free(box)),
+        (Cell.fixed(apart[1]), Cell.same_as((0, 1), exact=True)),
+    )
+    materials = (PaletteReflectance("reflectance 1"), PaletteReflectance("reflectance 2"))
+    return PaletteProblem(grid, tuple(map(PaletteLight, lights)), materials, cells)
+
+
+def sine_light(period_nm: float, grid: SpectralGrid, *, luminance: float = 1.0) -> Illuminant:
+    """1 + sin(2π (λ − 400 nm) / period): the start from which the thesis designed its split lights."""
+    phase = 2 * np.pi * (grid.wavelengths_nm - 400.0) / period_nm
+    light = Illuminant(f"sine {period_nm:g} nm", grid, 1 + np.sin(phase), source="section 5.4.1")
+    return normalized(light, luminance=luminance)
+
+
+def split_light(
+    colors: ArrayLike = SPLIT_COLORS, *, luminance: float = 6.0, weight: float = 4.0, grid: SpectralGrid | None = None
+) -> PaletteProblem:
+    """Five reflectances, one color under D65, three under a first designed light, five under a second (Figure 5.2).
+
+    ``colors``: (5, 3), those under the last light; the others are their means. ``luminance``: of all lights, 6 in the
+    thesis, which is the room that narrow-band reflectances need. ``weight``: of the D65 cells.
+    """
+    grid = grid or design_grid()
+    last = frozen_array("colors", colors, (5, 3))
+    middle = np.stack([last[:2].mean(axis=0)] * 2 + [last[2]] + [last[3:].mean(axis=0)] * 2)
+    first = last.mean(axis=0)
+    daylight = normalized(illuminant("D65"), luminance=luminance)
+    # 62 and 88.4 nm: what the printed spectra were made with, not the 60 and 85 nm of the text.
+    starts = [sine_light(period, grid, luminance=luminance) for period in (62.0, 88.4)]
+    lights = (PaletteLight(daylight), *(PaletteLight(start, free=True) for start in starts))
+    cells = tuple(
+        (Cell.fixed(first, weight=weight), Cell.fixed(middle[i]), Cell.fixed(last[i])) for i in range(len(last))
+    )
+    return PaletteProblem(grid, lights, tuple(PaletteReflectance(f"reflectance {i + 1}") for i in range(5)), cells)
+
+
+def color_constancy(
+    *,
+    constant_color: ArrayLike = (0.10, 0.32, 0.12),
+    changing: Sequence[ArrayLike] = ((0.35, 0.10, 0.08), (0.08, 0.16, 0.38)),
+    grid: SpectralGrid | None = None,
+) -> PaletteProblem:
+    """One material keeps its color under both lights, the other changes (Figure 5.6): a green block that stays green.
+
+    Daylight and a designed light; ``changing``: the second material's color under each.
+    """
+    grid = grid or design_grid()
+    daylight = normalized(illuminant("D65"), luminance=2.0)
+    lights = (PaletteLight(daylight), PaletteLight(sine_light(88.4, grid, luminance=2.0), free=True))
+    kept = frozen_array("constant_color", constant_color, (3,))
+    cells = (
+        (Cell.fixed(kept), Cell.constant((0, 0), exact=True)),
+        (Cell.fixed(changing[0]), Cell.fixed(changing[1])),
+    )
+    return PaletteProblem(grid, lights, (PaletteReflectance("constant"), PaletteReflectance("changing")), cells)
+
+
+def xray_smoke(
+    *,
+    solid_color: ArrayLike = (0.30, 0.26, 0.20),
+    smoke_color: ArrayLike = (0.20, 0.32, 0.38),
+    grid: SpectralGrid | None = None,
+) -> PaletteProblem:
+    """A smoke that is black, and so not there, under two lights, and shows under a third (section 5.4.4, Figure 5.6).
+
+    All three lights are designed and look white by themselves; a solid keeps its color under all of them.
+    """
+    grid = grid or design_grid()
+    lights = tuple(
+        PaletteLight(sine_light(period, grid, luminance=3.0), free=True, white_xyz=WHITE_XYZ, luminance=3.0)
+        for period in (62.0, 75.0, 88.4)
+    )
+    solid = Cell.fixed(solid_color)
+    cells = (
+        (solid, solid, solid),
+        (Cell.black(weight=4.0), Cell.black(weight=4.0), Cell.fixed(smoke_color)),
+    )
+    return PaletteProblem(grid, lights, (PaletteReflectance("solid"), PaletteReflectance("smoke")), cells)
+
+
+def most_distinct(
+    count: int = 5,
+    *,
+    conceal: str = "D65",
+    reveal: str = "HP1",
+    color: ArrayLike | None = None,
+    grid: SpectralGrid | None = None,
+) -> PaletteProblem:
+    """``count`` materials, exact metamers under one light and as different as possible from each other under another.
+
+    ``color``: what they show under ``conceal``; None leaves it free.
+    """
+    grid = grid or design_grid()
+    if count < 2:
+        raise InvalidInputError(f"count is {count}; at least 2 materials are needed to be different")
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in (conceal, reveal))
+    rows = []
+    for i in range(count):
+        if color is not None:
+            match = Cell.fixed(color, exact=True)
+        else:
+            match = Cell.same_as((0, 0), exact=True) if i else Cell.free()
+        others = [(other, 1) for other in range(count) if other != i]
+        rows.append((match, Cell.distinct_from(*others)))
+    materials = tuple(PaletteReflectance(f"material {i + 1}") for i in range(count))
+    return PaletteProblem(grid, lights, materials, tuple(rows), smoothness=0.1)
+
+
+PRESETS = {
+    "Metamer pair": metamer_pair,
+    "Split light": split_light,
+    "Hidden mark": hidden_mark,
+    "Colour constancy": color_constancy,
+    "X-ray smoke": xray_smoke,
+    "Most distinct": most_distinct,
+}
+"""Name shown to the artist -> function."""

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the state of a solve to a ``PaletteSolution``: colors, errors, status."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
+from spectral_core.palette.least_squares import Check
+from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
+from spectral_core.palette.state import PaletteState
+from spectral_core.palette.wishes import Wishes
+from spectral_core.spectrum import Illuminant, Reflectance, Spectrum
+
+if TYPE_CHECKING:
+    from spectral_core.palette.solve import SolveTrace
+
+Array = NDArray[np.float64]
+
+EXACT_LIMIT = 1e-6
+"""Linear RGB by which an exact cell may be off."""
+
+
+def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> PaletteSolution:
+    """The solution that ``state`` is."""
+    problem, wishes = builder.problem, builder.wishes
+    actual = state.colors()
+    wanted = wanted_colors(wishes, actual)
+    error = delta_e_2000(lab_from_linear_rgb(wanted), lab_from_linear_rgb(actual))
+    bounds = bound_violation(problem, state)
+    kkt = max((answer.check.kkt for answer in trace.answers.values()), default=0.0)
+    status = _status(builder, state, trace, bounds, error)
+    if status is PaletteStatus.INVISIBLE:
+        trace.notes.extend(f"light {problem.lights[j].name!r} gives no color" for j in invisible_lights(builder, state))
+    return PaletteSolution(
+        problem=problem,
+        illuminants=tuple(_light(problem, state, j) for j in range(len(problem.lights))),
+        reflectances=tuple(_reflectance(problem, state, i) for i in range(len(problem.reflectances))),
+        target_linear_rgb=wanted,
+        actual_linear_rgb=actual,
+        delta_e_2000=error,
+        residuals=criterion_residuals(builder, state, wanted, actual),
+        kkt_residual=kkt,
+        bound_violation=bounds,
+        status=status,
+        remedy=REMEDIES[status],
+        rounds=trace.rounds,
+        engines=tuple(name for name, _ in trace.engines.most_common()),
+        notes=tuple(trace.notes),
+        light_scale=state.light_scale,
+        timings=dict(trace.timings),
+        amounts=tuple(
+            None if basis is None else values for values, basis in zip(state.lights, state.light_bases, strict=True)
+        ),
+        state=state,
+    )
+
+
+def wanted_colors(wishes: Wishes, actual: Array) -> Array:
+    """(R, L, 3): targets, and for groups the weighted mean of what their members show, held in the box; else NaN."""
+    wanted = np.full(actual.shape, np.nan)
+    for group in wishes.groups:
+        weights = np.maximum(np.array(group.weights), 1e-12)
+        shown = np.stack([actual[cell] for cell in group.members])
+        common = np.clip(weights @ shown / weights.sum(), group.box[0], group.box[1])
+        for cell in group.members:
+            wanted[cell] = common
+    for target in wishes.targets:
+        wanted[target.cell] = target.color
+    return wanted
+
+
+def invisible_lights(builder: PhaseBuilder, state: PaletteState) -> list[int]:
+    """Lights in whose column a color other than black is asked, but which show none on this grid."""
+    sensed = np.abs(state.kernel.matrices(state.lights_at_points())[0]).max(axis=(1, 2))
+    asked = {t.cell[1] for t in builder.wishes.targets if np.any(t.color)}
+    return [j for j in sorted(asked) if sensed[j] < 1e-12]
+
+
+def bound_violation(problem: PaletteProblem, state: PaletteState) -> float:
+    """Largest distance of any designed value outside its bounds."""
+    worst = 0.0
+    for values, (low, high) in (
+        (state.reflectances, problem.reflectance_bounds),
+        (state.lights, problem.light_bounds),
+    ):
+        for each in values:
+            if each is not None:
+                worst = max(worst, float(np.maximum(low - each, each - high).max()))
+    return worst
+
+
+def exact_error(wishes: Wishes, actual: Array) -> tuple[float, list[CellIndex]]:
+    """How far the exact cells are from their wish, in linear RGB, and which are."""
+    worst, missed = 0.0, []
+    for target in wishes.targets:
+        if target.exact:
+            error = float(np.abs(actual[target.cell] - target.color).max())
+            worst = max(worst, error)
+            if error > EXACT_LIMIT:
+                missed.append(target.cell)
+    for group in wishes.groups:
+        held = [cell for cell, exact in zip(group.members, group.exact, strict=True) if exact]
+        for cell in held:
+            inside = np.clip(actual[held[0]], group.box[0], group.box[1])
+            error = float(np.abs(actual[cell] - inside).max())
+            worst = max(worst, error)
+            if error > EXACT_LIMIT:
+                missed.append(cell)
+    return worst, missed
+
+
+def _status(
+    builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, bounds: float, error: Array
+) -> PaletteStatus:
+    answers = trace.answers.values()
+    worst, _ = exact_error(builder.wishes, state.colors())
+    if any(not answer.check.passed for answer in answers) or bounds > Check.BOUND_LIMIT:
+        return PaletteStatus.INACCURATE
+    if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
+        return PaletteStatus.EXACT_CONFLICT
+    if invisible_lights(builder, state):
+        return PaletteStatus.INVISIBLE
+    missed = np.isfinite(error) & (error > VISIBLE_DELTA_E)
+    return PaletteStatus.COMPROMISE if missed.any() else PaletteStatus.SOLVED
+
+
+def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:
+    """Root mean square of what each criterion leaves, unweighted."""
+    operator = second_differences(builder.problem.grid, builder.problem.smoothness_operator)
+    lights = zip(state.lights, state.light_bases, strict=True)
+    shapes = [values for values in state.reflectances if values is not None]
+    shapes += [REFERENCE_STEP_NM * values for values, basis in lights if values is not None and basis is None]
+    known = np.isfinite(wanted)
+    result = {
+        "color": float(np.sqrt(np.mean((wanted - actual)[known] ** 2))) if known.any() else 0.0,
+        "smoothness": float(np.sqrt(np.mean([np.sum((operator @ each) ** 2) for each in shapes]))) if shapes else 0.0,
+    }
+    robust = builder.robust_errors(state)
+    if robust is not None:
+        result["robust"] = float(np.sqrt(np.mean(robust**2)))
+    return result
+
+
+def _light(problem: PaletteProblem, state: PaletteState, j: int) -> Spectrum:
+    light, values = problem.lights[j], state.lights[j]
+    if values is None:
+        return light.spectrum if state.light_scale == 1.0 else light.spectrum.scaled(state.light_scale)
+    if light.primaries:
+        values = primaries_on_grid(problem, j) @ values
+    kind = Illuminant if values.min() >= 0 else Spectrum
+    return kind(light.name, problem.grid, values, source="designed")
+
+
+def primaries_on_grid(problem: PaletteProblem, j: int) -> Array:
+    """Primaries of a light at the knots of the grid, (n, p)."""
+    return np.stack([each.at(problem.grid.wavelengths_nm) for each in problem.lights[j].primaries], axis=1)
+
+
+def _reflectance(problem: PaletteProblem, state: PaletteState, i: int) -> Spectrum:
+    item, values = problem.reflectances[i], state.reflectances[i]
+    if item.spectrum is not None:
+        return item.spectrum
+    assert values is not None
+    passive = values.min() >= -Reflectance.TOLERANCE and values.max() <= 1 + Reflectance.TOLERANCE
+    return (Reflectance if passive else Spectrum)(item.name, problem.grid, values, source="designed")

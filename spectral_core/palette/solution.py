@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What became of a palette's wishes: spectra, colors, errors, and how far the answer can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+VISIBLE_DELTA_E = 3.0
+"""ΔE2000 from which a cell counts as missed and is warned of."""
+
+
+class PaletteStatus(StrEnum):
+    """How a solve ended. The first two are checked optima; the others are not to be taken for what was asked."""
+
+    SOLVED = "solved"
+    COMPROMISE = "compromise"
+    EXACT_CONFLICT = "exact_conflict"
+    INVISIBLE = "invisible"
+    INACCURATE = "inaccurate"
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the answer passed the checks of optimality and bounds, and every exact wish holds."""
+        return self in (PaletteStatus.SOLVED, PaletteStatus.COMPROMISE)
+
+
+REMEDIES = {
+    PaletteStatus.SOLVED: "",
+    PaletteStatus.COMPROMISE: (
+        "Some colors cannot all be had. Raise the weight of those that matter, free or ignore a conflicting cell, let "
+        "a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
+    ),
+    PaletteStatus.EXACT_CONFLICT: (
+        "Not all exact cells can hold at once; the closest compromise is shown. Make one of the conflicting cells not "
+        "exact, or free a light or reflectance that they share."
+    ),
+    PaletteStatus.INVISIBLE: (
+        "A color is asked under a light that the eye does not see on this grid. Give the light power between 380 and "
+        "780 nm, or widen the grid."
+    ),
+    PaletteStatus.INACCURATE: (
+        "No solver gave an answer that passed the check; the best try is shown, do not rely on it. Bring weights and "
+        "light intensities nearer to each other, or add a little smoothness."
+    ),
+}
+"""What to do, for each status."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """A cell that misses its wish, and the cell whose release would help it most."""
+
+    cell: CellIndex
+    delta_e_2000: float
+    relieved_by: tuple[CellIndex, ...]
+    """Cells in order of help; without the first one the error falls to ``delta_e_without``."""
+    delta_e_without: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaletteSolution:
+    """Designed and given spectra, and what each cell shows. Arrays of cells are (reflectances, lights, ...)."""
+
+    problem: PaletteProblem
+    illuminants: tuple[Spectrum, ...]
+    """``Illuminant`` each, unless negative values were asked for; measured ones on their own grid, scaled."""
+    reflectances: tuple[Spectrum, ...]
+    """``Reflectance`` each, unless values outside [0, 1] were asked for."""
+    target_linear_rgb: Array
+    """(R, L, 3): the color wanted; for same and constant cells the common color found; NaN where nothing is wanted."""
+    actual_linear_rgb: Array
+    """(R, L, 3), for the first observer."""
+    delta_e_2000: Array
+    """(R, L): between them; NaN where nothing is wanted."""
+    residuals: dict[str, float]
+    """Root mean square by criterion: "color" (linear RGB), "smoothness", "subspace", "robust"."""
+    kkt_residual: float
+    """Largest scaled violation of the optimality conditions of the last reflectance and light solves."""
+    bound_violation: float
+    """How far any spectrum lies outside its bounds."""
+    status: PaletteStatus
+    remedy: str
+    rounds: int
+    engines: tuple[str, ...]
+    """Engines whose answers are in this solution, most used first."""
+    notes: tuple[str, ...] = ()
+    """What was done that was not asked, in words: capped weights, fallbacks, scaled lights."""
+    conflicts: tuple[Conflict, ...] = ()
+    light_scale: float = 1.0
+    """Factor by which all lights were brightened (section 5.5)."""
+    timings: dict[str, float] = field(default_factory=dict)
+    """Seconds by stage."""
+    amounts: tuple[Array | None, ...] = ()
+    """Per light the amounts of its primaries, None where it has none."""
+    state: Any = field(default=None, repr=False)
+    """For the next solve's warm start; not part of the answer."""
+
+    @property
+    def max_delta_e_2000(self) -> float:
+        """Largest color error of all cells that want a color; 0 if none does."""
+        known = self.delta_e_2000[np.isfinite(self.delta_e_2000)]
+        return float(known.max()) if known.size else 0.0

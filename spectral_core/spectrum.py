@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sampled spectra: the wavelength grid they live on, illuminants and reflectances.
+
+One ``SpectralGrid`` is shared by design, preview, export and render. Between its knots a spectrum is linear and
+outside of them zero, exactly as the renderer reads it, so that what was designed is what is rendered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import GridMismatchError, InvalidInputError
+
+Interpolation = Literal["linear", "sampled"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpectralGrid:
+    """Wavelengths at which spectra are known, and what they mean between them.
+
+    ``wavelengths_nm``: ascending, shape (n,), n >= 2, in nanometres. ``interpolation``: ``"linear"`` (hat functions,
+    zero outside; what the renderer does) or ``"sampled"`` (each knot stands for its own cell; the plain sum of the
+    thesis, for comparison only).
+    """
+
+    wavelengths_nm: NDArray[np.float64]
+    interpolation: Interpolation = "linear"
+
+    def __post_init__(self) -> None:
+        wavelengths = frozen_array("wavelengths_nm", self.wavelengths_nm, (None,))
+        if wavelengths.size < 2 or np.any(np.diff(wavelengths) <= 0) or wavelengths[0] <= 0:
+            raise InvalidInputError(
+                f"wavelengths_nm must be at least 2 positive wavelengths in ascending order without repeats; "
+                f"got {wavelengths.size} from {wavelengths.min(initial=np.inf):g} to {wavelengths.max(initial=0):g}"
+            )
+        if self.interpolation not in ("linear", "sampled"):
+            raise InvalidInputError(f"interpolation is {self.interpolation!r}; expected 'linear' or 'sampled'")
+        object.__setattr__(self, "wavelengths_nm", wavelengths)
+
+    @classmethod
+    def uniform(
+        cls,
+        start_nm: float = 400.0,
+        stop_nm: float = 700.0,
+        step_nm: float = 10.0,
+        *,
+        interpolation: Interpolation = "linear",
+    ) -> Self:
+        """Grid of equal steps; ``stop_nm`` is its last knot and must lie a whole number of steps past ``start_nm``."""
+        steps = (stop_nm - start_nm) / step_nm if step_nm > 0 else -1.0
+        if steps < 1 or abs(steps - round(steps)) > 1e-9 * max(1.0, steps):
+            raise InvalidInputError(
+                f"a uniform grid from {start_nm:g} to {stop_nm:g} nm has no whole number of steps of {step_nm:g} nm; "
+                "choose a step that divides the range"
+            )
+        return cls(np.linspace(start_nm, stop_nm, round(steps) + 1), interpolation)
+
+    @property
+    def size(self) -> int:
+        """Number of knots n."""
+        return int(self.wavelengths_nm.size)
+
+    @property
+    def cell_widths_nm(self) -> NDArray[np.float64]:
+        """Width that each knot stands for, shape (n,), in nm: half-way to its neighbours, ends mirrored."""
+        steps = np.diff(self.wavelengths_nm)
+        return (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]])) / 2
+
+    def values_from_knots(self, wavelengths_nm: ArrayLike) -> NDArray[np.float64]:
+        """Matrix (k, n) that evaluates a spectrum of this grid at k wavelengths (nm); zero outside the grid.
+
+        Hat functions for both interpolations: what a ``"sampled"`` grid means differently is its integrals only.
+        """
+        points = np.atleast_1d(np.asarray(wavelengths_nm, dtype=np.float64))
+        knots = self.wavelengths_nm
+        left = np.clip(np.searchsorted(knots, points, side="right") - 1, 0, self.size - 2)
+        fraction = (points - knots[left]) / (knots[left + 1] - knots[left])
+        inside = (points >= knots[0]) & (points <= knots[-1])
+        matrix = np.zeros((points.size, self.size))
+        rows = np.arange(points.size)
+        matrix[rows, left] = np.where(inside, 1.0 - fraction, 0.0)
+        matrix[rows, left + 1] = np.where(inside, fraction, 0.0)
+        return matrix
+
+    def same_as(self, other: SpectralGrid) -> bool:
+        """Whether both grids have the same knots and interpolation."""
+        return self is other or (
+            self.interpolation == other.interpolation
+            and self.size == other.size
+            and bool(np.array_equal(self.wavelengths_nm, other.wavelengths_nm))
+        )
+
+    def __str__(self) -> str:
+        first, last = self.wavelengths_nm[0], self.wavelengths_nm[-1]
+        steps = np.diff(self.wavelengths_nm)
+        spacing = f"{steps[0]:g} nm" if np.ptp(steps) < 1e-9 * last else f"{steps.min():g} to {steps.max():g} nm"
+        return f"{first:g}–{last:g} nm / {spacing} ({self.size} samples)"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectrum:
+    """Values on a grid. ``values``: shape (grid.size,); ``source``: where it came from, in words."""
+
+    name: str
+    grid: SpectralGrid
+    values: NDArray[np.float64]
+    source: str = field(default="", kw_only=True)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen_array(f"spectrum {self.name!r}", self.values, (None,)))
+        if self.values.size != self.grid.size:
+            raise GridMismatchError(
+                f"spectrum {self.name!r} has {self.values.size} values, its grid {self.grid} has {self.grid.size}; "
+                "give one value per wavelength"
+            )
+
+    def at(self, wavelengths_nm: ArrayLike) -> NDArray[np.float64]:
+        """Values at any wavelengths (nm), linear between knots and zero outside; same shape as the input."""
+        points = np.asarray(wavelengths_nm, dtype=np.float64)
+        return np.interp(points, self.grid.wavelengths_nm, self.values, left=0.0, right=0.0)
+
+    def resampled(self, grid: SpectralGrid, *, average: bool = False) -> Self:
+        """The same spectrum on another grid.
+
+        Point values by default; with ``average`` each knot takes the mean over its cell, which keeps the power of
+        lines narrower than the new step.
+        """
+        if not average:
+            return self._replaced(grid, self.at(grid.wavelengths_nm))
+        half = grid.cell_widths_nm / 2
+        offsets = np.linspace(-1, 1, 41)
+        return self._replaced(grid, self.at(grid.wavelengths_nm[:, None] + half[:, None] * offsets).mean(axis=1))
+
+    def scaled(self, factor: float) -> Self:
+        """The same spectrum times ``factor``."""
+        return self._replaced(self.grid, self.values * factor)
+
+    def _replaced(self, grid: SpectralGrid, values: NDArray[np.float64]) -> Self:
+        return type(self)(self.name, grid, values, source=self.source)
+
+    def require_grid(self, grid: SpectralGrid) -> None:
+        """Raise GridMismatchError unless this spectrum is on ``grid``."""
+        if not self.grid.same_as(grid):
+            raise GridMismatchError(
+                f"{type(self).__name__.lower()} {self.name!r} is on {self.grid}, expected {grid}; use .resampled(grid)"
+            )
+
+
+class Illuminant(Spectrum):
+    """Relative spectral power of a light, per nm, never negative; its values are also called ``spd``."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        Spectrum.__post_init__(self)
+        if self.values.min() < 0:
+            worst = int(self.values.argmin())
+            raise InvalidInputError(
+                f"illuminant {self.name!r} is negative ({self.values[worst]:g}) at "
+                f"{self.grid.wavelengths_nm[worst]:g} nm; a light's power is at least 0"
+            )
+
+    @property
+    def spd(self) -> NDArray[np.float64]:
+        """Spectral power distribution: the values."""
+        return self.values
+
+
+class Reflectance(Spectrum):
+    """Share of light that a surface reflects, from 0 to 1 at every wavelength."""
+
+    __slots__ = ()
+
+    TOLERANCE = 1e-6
+    """How far past [0, 1] a value may lie, for a solver's rounding, before it is refused."""
+
+    def __post_init__(self) -> None:
+        Spectrum.__post_init__(self)
+        low, high = float(self.values.min()), float(self.values.max())
+        if low < -self.TOLERANCE or high > 1 + self.TOLERANCE:
+            raise InvalidInputError(
+                f"reflectance {self.name!r} spans {low:g} to {high:g}; a passive surface reflects between 0 and 1"
+            )
+        object.__setattr__(self, "values", frozen_array(self.name, np.clip(self.values, 0.0, 1.0)))
