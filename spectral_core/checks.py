@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks at the border: arrays from outside become finite, read-only and of the stated shape, or an error says why not."""
+"""Checks at the border: arrays from outside become finite, read-only and of the stated shape, or an error says why."""
 
 from __future__ import annotations
 

@@ -73,12 +73,14 @@ def lab_jacobian_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
     ratio = xyz_from_linear_rgb(linear_rgb) / WHITE_XYZ
     slope = np.where(ratio > _EPSILON, np.cbrt(np.maximum(ratio, _EPSILON)) ** -2 / 3, _KAPPA / 116)
     lab_from_f = np.array([[0.0, 116, 0], [500, -500, 0], [0, 200, -200]])
-    return lab_from_f @ (slope[..., None] * (XYZ_FROM_RGB / WHITE_XYZ[:, None]))
+    jacobian: Array = np.matmul(lab_from_f, slope[..., None] * (XYZ_FROM_RGB / WHITE_XYZ[:, None]))
+    return jacobian
 
 
 def delta_e_1976(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
     """CIE 1976 color difference: Euclidean distance in CIELAB, shape (...)."""
-    return np.linalg.norm(np.asarray(lab_1, dtype=np.float64) - np.asarray(lab_2, dtype=np.float64), axis=-1)
+    difference = np.asarray(lab_1, dtype=np.float64) - np.asarray(lab_2, dtype=np.float64)
+    return np.sqrt(np.square(difference).sum(axis=-1))
 
 
 def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:

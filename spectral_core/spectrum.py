@@ -89,11 +89,10 @@ class SpectralGrid:
 
     def same_as(self, other: SpectralGrid) -> bool:
         """Whether both grids have the same knots and interpolation."""
-        return (
-            self is other
-            or (self.interpolation == other.interpolation
+        return self is other or (
+            self.interpolation == other.interpolation
             and self.size == other.size
-            and bool(np.array_equal(self.wavelengths_nm, other.wavelengths_nm)))
+            and bool(np.array_equal(self.wavelengths_nm, other.wavelengths_nm))
         )
 
     def __str__(self) -> str:
@@ -162,8 +161,8 @@ class Illuminant(Spectrum):
         if self.values.min() < 0:
             worst = int(self.values.argmin())
             raise InvalidInputError(
-                f"illuminant {self.name!r} is negative ({self.values[worst]:g}) at {self.grid.wavelengths_nm[worst]:g} nm; "
-                "a light's power is at least 0"
+                f"illuminant {self.name!r} is negative ({self.values[worst]:g}) at "
+                f"{self.grid.wavelengths_nm[worst]:g} nm; a light's power is at least 0"
             )
 
     @property

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# make demo    all set-up, then the main job: out/demo
+# make test    all set-up, then everything that CI checks
+SHELL := /bin/bash
+BASE_PYTHON := $(shell command -v python3.11 || command -v python3)
+PYTHON := .venv/bin/python
+
+.PHONY: help setup demo test quick check format extension real-blender clean
+
+help:
+	@sed -n 's/^# make/make/p' Makefile
+	@echo "also: setup, quick (tests under ten seconds each), check, format, extension, real-blender, clean"
+
+setup:
+	@$(BASE_PYTHON) scripts/setup.py
+
+demo: setup
+	$(PYTHON) -m blender_addon demo --out out/demo
+
+check: setup
+	$(PYTHON) -m ruff format --check .
+	$(PYTHON) -m ruff check .
+	$(PYTHON) -m mypy
+	.venv/bin/lint-imports
+
+test: check
+	$(PYTHON) -m pytest --durations=15
+
+quick: setup
+	$(PYTHON) -m pytest -m "not slow"
+
+format: setup
+	$(PYTHON) -m ruff format .
+	$(PYTHON) -m ruff check --fix .
+
+extension: setup
+	$(PYTHON) scripts/build_extension.py
+
+# BLENDER is any command that runs Blender when its arguments follow, such as BLENDER=/opt/blender/blender
+real-blender: extension
+	BLENDER="$(BLENDER)" $(PYTHON) -m pytest -m real_blender tests/real_blender
+
+clean:
+	rm -rf build dist out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

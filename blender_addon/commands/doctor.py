@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is installed, which LLVM and renderer variant is used, what is missing and how to get it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from importlib import metadata, util
+
+from spectral_core import __version__
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked for: whether it is there, what was found, and what to do where it is not."""
+
+    name: str
+    ok: bool
+    found: str
+    needed_for: str
+    remedy: str = ""
+
+
+# import name, distribution, what needs it, extra that brings it
+PACKAGES = [
+    ("numpy", "numpy", "everything", ""),
+    ("scipy", "scipy", "everything", ""),
+    ("daqp", "daqp", "the live palette", ""),
+    ("piqp", "piqp", "coupled palettes", ""),
+    ("mitsuba", "mitsuba", "rendering", "render"),
+    ("drjit", "drjit", "rendering", "render"),
+    ("OpenEXR", "OpenEXR", "spectral EXR files", "render"),
+    ("bpy", "bpy", ".blend files outside Blender, the demo", "blender"),
+    ("cvxpy", "cvxpy", "worst-case and most-distinct palettes", "general"),
+    ("colour", "colour-science", "spectra beyond the shipped catalogue", "catalogue"),
+    ("nrrd", "pynrrd", "NRRD volumes", "volumes"),
+    ("nibabel", "nibabel", "NIfTI volumes", "volumes"),
+    ("tifffile", "tifffile", "TIFF stacks", "volumes"),
+    ("mido", "mido", "MIDI faders", "board"),
+    ("rtmidi", "python-rtmidi", "MIDI faders", "board"),
+    ("pythonosc", "python-osc", "OSC faders", "board"),
+    ("matplotlib", "matplotlib", "figures", "figures"),
+]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--strict", action="store_true", help="exit status 1 where anything optional is missing, too")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    findings = [_python(), *(_package(*entry) for entry in PACKAGES), *_renderer(), *_blender_loads()]
+    for finding in findings:
+        mark = "ok     " if finding.ok else "MISSING"
+        print(f"{mark}  {finding.name:16} {finding.found}")
+        if not finding.ok:
+            print(f"         needed for {finding.needed_for}; {finding.remedy}")
+    essential = all(finding.ok for finding in findings if finding.needed_for == "everything")
+    complete = all(finding.ok for finding in findings)
+    if arguments.json:
+        print(json.dumps({"version": __version__, "ok": essential, "complete": complete,
+                          "findings": [asdict(finding) for finding in findings]}))  # fmt: skip
+    return 0 if (complete if arguments.strict else essential) else 1
+
+
+def _python() -> Finding:
+    note = (
+        "" if sys.version_info[:2] == (3, 11) else " (bpy from PyPI exists for 3.11 only; inside Blender this is fine)"
+    )
+    return Finding("Python", sys.version_info >= (3, 11), platform.python_version() + note, "everything",
+                   "install Python 3.11")  # fmt: skip
+
+
+def _package(module: str, distribution: str, needed_for: str, extra: str) -> Finding:
+    if util.find_spec(module) is None:
+        name = f"spectral-scene[{extra}]" if extra else distribution
+        return Finding(distribution, False, "not installed", needed_for, f"pip install '{name}'")
+    try:
+        version = metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        version = "there, version unknown"
+    return Finding(distribution, True, version, needed_for)
+
+
+def _renderer() -> list[Finding]:
+    """LLVM and the variant that a render would use, tried out in a process of its own."""
+    if util.find_spec("mitsuba") is None:
+        return []
+    from spectral_core.render import variant
+
+    backend = variant.describe_backend()
+    library = backend["llvm_library"]
+    version = f" (version {backend['llvm_version']})" if library else ""
+    findings = [
+        Finding("LLVM", library is not None, f"{library or 'none that can be used'}{version}", "fast rendering",
+                variant.LLVM_INSTALL_HINT),
+    ]  # fmt: skip
+    trial = (
+        "from spectral_core.render import render_scene; from spectral_core.scene import *\n"
+        "import numpy as np\n"
+        "camera, film = Camera(world_from_camera=np.eye(4)), Film(2, 2, samples=1)\n"
+        "render_scene(Scene(camera=camera, film=film, world=World(gray(1.0))))"
+    )
+    done = subprocess.run([sys.executable, "-c", trial], capture_output=True, text=True)
+    found = ", ".join(backend.get("variant", {}).values())
+    if done.returncode:
+        found = f"{found}: a trial render failed, {(done.stderr.strip() or 'without a word').splitlines()[-1]}"
+    findings.append(Finding("renderer", done.returncode == 0, found, "rendering", "see the line above"))
+    return findings
+
+
+def _blender_loads() -> list[Finding]:
+    """Whether bpy, where it is installed, also starts: it links to X libraries that a server may lack."""
+    if util.find_spec("bpy") is None:
+        return []
+    done = subprocess.run(
+        [sys.executable, "-c", "import bpy; print(bpy.app.version_string)"], capture_output=True, text=True
+    )
+    if done.returncode == 0:
+        return [Finding("bpy starts", True, f"Blender {done.stdout.split()[0]}", ".blend files outside Blender")]
+    reason = (done.stderr.strip() or "it ended without a word").splitlines()[-1]
+    remedy = "apt install libx11-6 libxrender1 libxfixes3 libxi6 libxxf86vm1 libxkbcommon0 libsm6 libgl1 libegl1"
+    return [Finding("bpy starts", False, reason, ".blend files outside Blender", remedy)]

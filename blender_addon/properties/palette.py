@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The palette of a scene: lights in columns, materials in rows, and how their wishes are weighed."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from spectral_core.color import WHITE_XYZ
+
+from .live import catch_up, edited
+from .palette_cell import SpectralPaletteCell
+from .spectrum import SpectralSpectrum
+
+DESIGN = [
+    ("MEASURED", "Measured", "Keep a measured spectrum as it is", "IMPORT", 0),
+    ("DESIGNED", "Designed", "Let the palette find the spectrum", "MOD_SIMPLIFY", 1),
+]
+OBSERVERS = [
+    ("cie_1931_2deg", "CIE 1931 2°", "The observer of sRGB and of the renderer; always counted", 1),
+    ("cie_1964_10deg", "CIE 1964 10°", "Larger fields of view", 2),
+    ("cie_2015_2deg", "CIE 2015 2°", "The newer physiological observer", 4),
+    ("cie_2015_10deg", "CIE 2015 10°", "The newer physiological observer, larger fields", 8),
+]
+
+
+class SpectralPaletteLamp(bpy.types.PropertyGroup):
+    """One lamp of a list: a primary that a light is mixed from, or a variant that a match should survive."""
+
+    SPECTRUM_KIND = "illuminant"
+    spectral: PointerProperty(type=SpectralSpectrum)
+    amount: FloatProperty(name="Amount", default=0.0, description="How much of this lamp the design uses")
+
+
+class SpectralPaletteLight(bpy.types.PropertyGroup):
+    """A column: a light."""
+
+    SPECTRUM_KIND = "illuminant"
+    uid: IntProperty()
+    design: EnumProperty(
+        name="Spectrum", items=DESIGN, default="MEASURED", update=edited, description="Given, or to be found"
+    )
+    spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum, or where a design starts from")
+    result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
+    intensity: FloatProperty(
+        name="Brightness", default=1.0, min=0.001, soft_max=4.0, update=edited,
+        description="How bright this light is beside the others",
+    )  # fmt: skip
+    keeps_luminance: BoolProperty(
+        name="Keep Brightness", default=False, update=edited, description="A design may not brighten or dim this light"
+    )
+    looks_white: BoolProperty(
+        name="Look White", default=False, update=edited, description="The light itself must look white (D65)"
+    )
+    white_xyz: FloatVectorProperty(
+        name="White", size=3, default=tuple(WHITE_XYZ), description="The white that it must look like, as XYZ; D65"
+    )
+    use_primaries: BoolProperty(
+        name="Mix from Lamps", default=False, update=edited,
+        description="Mix this light from a list of lamps or LEDs, instead of any spectrum",
+    )  # fmt: skip
+    primaries: CollectionProperty(type=SpectralPaletteLamp)
+    variants: CollectionProperty(
+        type=SpectralPaletteLamp, description="Other lights under which matches of this column should hold too"
+    )
+    light: PointerProperty(type=bpy.types.Light, name="Light", description="Blender light that gets this spectrum")
+    world: PointerProperty(type=bpy.types.World, name="World", description="World that gets this spectrum")
+
+
+class SpectralPaletteMaterial(bpy.types.PropertyGroup):
+    """A row: a material."""
+
+    SPECTRUM_KIND = "reflectance"
+    uid: IntProperty()
+    design: EnumProperty(
+        name="Spectrum", items=DESIGN, default="DESIGNED", update=edited, description="Given, or to be found"
+    )
+    spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum")
+    result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
+    material: PointerProperty(
+        type=bpy.types.Material, name="Material", description="Blender material that gets this spectrum"
+    )
+    cells: CollectionProperty(type=SpectralPaletteCell)
+
+
+class SpectralPaletteConflict(bpy.types.PropertyGroup):
+    """A cell that misses its wish, and what would help."""
+
+    material_uid: IntProperty()
+    light_uid: IntProperty()
+    relief_material_uid: IntProperty()
+    relief_light_uid: IntProperty()
+    text: StringProperty()
+
+
+class SpectralPalette(bpy.types.PropertyGroup):
+    """Table, weights, and the state of the last solve."""
+
+    lights: CollectionProperty(type=SpectralPaletteLight)
+    materials: CollectionProperty(type=SpectralPaletteMaterial)
+    next_uid: IntProperty(default=1)
+    active_row: IntProperty(name="Material", min=0, description="Row of the selected cell")
+    active_column: IntProperty(name="Light", min=0, description="Column of the selected cell")
+
+    live: BoolProperty(
+        name="Live", default=True, update=catch_up, description="Solve again at every change of a wish, weight or light"
+    )
+    show_curves: BoolProperty(
+        name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
+    )
+    brightness: FloatProperty(
+        name="Light Level", default=3.0, min=0.01, soft_max=10.0, update=edited,
+        description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "
+        "leaves room for saturated colors",
+    )  # fmt: skip
+    scale_lights: BoolProperty(
+        name="Brighten as Needed", default=False, update=edited,
+        description="Brighten all lights by one factor until every material reflects at most all light",
+    )  # fmt: skip
+    smoothness: FloatProperty(
+        name="Smoothness", default=0.01, min=0.0, soft_max=1.0, precision=4, update=edited,
+        description="How much smooth spectra, like those of real paints and lamps, count against exact colors",
+    )  # fmt: skip
+    operator: EnumProperty(
+        name="Measure", default="mended", update=edited, description="How roughness of a spectrum is measured",
+        items=[
+            ("mended", "Curvature", "Second derivative with free ends, the same on every grid", 0),
+            ("thesis", "Thesis", "Eq. 5.13 of the thesis, whose ends are held down to zero", 1),
+        ],
+    )  # fmt: skip
+    match: EnumProperty(
+        name="Match", default="linear", update=edited, description="What counts as a color error",
+        items=[
+            ("linear", "Linear RGB", "Difference in linear RGB", 0),
+            ("perceptual", "Perceptual", "Difference as an eye sees it, CIELAB at the wanted color", 1),
+        ],
+    )  # fmt: skip
+    rounds: IntProperty(
+        name="Rounds", default=20, min=1, soft_max=200, max=10_000, update=edited,
+        description="How often materials and lights are designed in turn, at most",
+    )  # fmt: skip
+    observers: EnumProperty(
+        name="Observers", items=OBSERVERS, options={"ENUM_FLAG"}, default={"cie_1931_2deg"}, update=edited,
+        description="Eyes for which matching cells should match. Shift-click for several",
+    )  # fmt: skip
+    robustness: EnumProperty(
+        name="Other Eyes and Lamps", default="soft", update=edited,
+        description="How matches for several eyes and lamps are weighed",
+        items=[
+            ("soft", "On Average", "Make the squared errors of all of them small together", 0),
+            ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
+        ],
+    )  # fmt: skip
+    robust_weight: FloatProperty(
+        name="Importance", default=1.0, min=0.0, soft_max=10.0, max=1000.0, update=edited,
+        description="How much other observers and lamp variants count",
+    )  # fmt: skip
+    allow_negative: BoolProperty(
+        name="Unphysical Spectra", default=False, update=edited,
+        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
+        "cannot be applied",
+    )  # fmt: skip
+    grid_start: FloatProperty(
+        name="From (nm)",
+        description="Least wavelength of designed spectra",
+        default=400.0,
+        min=300.0,
+        max=780.0,
+        update=edited,
+        precision=0,
+    )
+    grid_stop: FloatProperty(
+        name="To (nm)",
+        description="Greatest wavelength of designed spectra",
+        default=700.0,
+        min=400.0,
+        max=900.0,
+        update=edited,
+        precision=0,
+    )
+    grid_samples: IntProperty(
+        name="Samples", default=31, min=5, soft_max=101, max=601, update=edited,
+        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
+    )  # fmt: skip
+
+    is_stale: BoolProperty(description="Whether something changed since the last solve")
+    status: StringProperty(description="How the last solve ended: 'solved', 'compromise', …; empty before the first")
+    remedy: StringProperty()
+    message: StringProperty(description="What is wrong with the palette itself; empty where nothing is")
+    notes: StringProperty(description="What was done that was not asked, one per line")
+    conflicts: CollectionProperty(type=SpectralPaletteConflict)
+    milliseconds: FloatProperty()
+    light_scale: FloatProperty(default=1.0)
+    worst_delta_e: FloatProperty()
+
+
+CLASSES = (
+    SpectralPaletteLamp,
+    SpectralPaletteLight,
+    SpectralPaletteMaterial,
+    SpectralPaletteConflict,
+    SpectralPalette,
+)
+
+
+def register() -> None:
+    """Register the classes; the scene's ``spectral`` holds them."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Take them away."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One cell of the palette table: what a material should look like under a light, and what it does look like.
+
+Wanted colors are kept as sRGB, the numbers an artist reads off a screen; so they do not change their meaning with
+the working space of the file. Results are kept in linear sRGB, also where no screen can show them.
+"""
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
+
+from spectral_core.color import display_rgb_from_linear
+
+from .live import edited
+
+MODES = [
+    ("FIXED", "Color", "This color", "COLOR", 0),
+    ("FREE", "Any Color", "Any color, or any color in a range", "QUESTION", 1),
+    ("SAME", "Same As", "The same color as another cell, whatever that becomes: metamers", "LINKED", 2),
+    ("CONSTANT", "Constant", "The color that this material has under other lights", "FREEZE", 3),
+    ("BLACK", "Black", "No color at all: invisible under this light", "HIDE_ON", 4),
+    ("DISTINCT", "Distinct", "As different as possible from other cells", "ARROW_LEFTRIGHT", 5),
+    ("IGNORE", "Ignore", "Do not care", "REMOVE", 6),
+]
+REFERRING = ("SAME", "CONSTANT", "DISTINCT")
+BOXED = ("FREE", "SAME", "CONSTANT")
+NO_ERROR = -1.0
+VISIBLE_DELTA_E = 3.0
+WEIGHT_LIMIT = 1000.0
+"""Solvers go wrong, and say nothing, from ratios of 1e4; who needs more makes the cell exact."""
+
+
+def _shown(linear_name: str) -> dict:
+    """Callbacks of a swatch that is shown but cannot be set: a read-only property would be drawn faded."""
+
+    def value(self) -> tuple[float, ...]:
+        return tuple(min(max(float(v), 0.0), 1.0) for v in display_rgb_from_linear(getattr(self, linear_name)))
+
+    return {"get": value, "set": lambda _self, _value: None}
+
+
+def _mode_changed(cell, context) -> None:
+    """A wish that refers to other cells begins with those that an artist most often means."""
+    from .palette_table import fill_references
+
+    fill_references(cell)
+    edited(cell, context)
+
+
+class SpectralPaletteReference(bpy.types.PropertyGroup):
+    """Another cell, by the lasting numbers of its material and light."""
+
+    material_uid: IntProperty()
+    light_uid: IntProperty()
+
+
+class SpectralPaletteCell(bpy.types.PropertyGroup):
+    """A wish and its result."""
+
+    mode: EnumProperty(
+        name="Wish", items=MODES, default="FIXED", update=_mode_changed, description="What this cell asks for"
+    )
+    target: FloatVectorProperty(
+        name="Wanted Color", subtype="COLOR_GAMMA", size=3, default=(0.5, 0.5, 0.5), soft_min=0.0, soft_max=1.0,
+        update=edited, description="The color that the material should show under this light (sRGB)",
+    )  # fmt: skip
+    others: CollectionProperty(type=SpectralPaletteReference)
+    use_box: BoolProperty(
+        name="Limit the Color", default=False, update=edited, description="Hold the free color inside a range"
+    )
+    box_low: FloatVectorProperty(
+        name="From", subtype="COLOR_GAMMA", size=3, default=(0.0, 0.0, 0.0), soft_min=0.0, soft_max=1.0, update=edited,
+        description="Least red, green and blue of the range (sRGB)",
+    )  # fmt: skip
+    box_high: FloatVectorProperty(
+        name="To", subtype="COLOR_GAMMA", size=3, default=(1.0, 1.0, 1.0), soft_min=0.0, soft_max=1.0, update=edited,
+        description="Greatest red, green and blue of the range (sRGB)",
+    )  # fmt: skip
+    weight: FloatProperty(
+        name="Importance", default=1.0, min=0.0, soft_max=10.0, max=WEIGHT_LIMIT, update=edited,
+        description="How much this cell counts beside the others, up to 1000. To have it for sure, make it exact",
+    )  # fmt: skip
+    exact: BoolProperty(
+        name="Exact", default=False, update=edited, description="Must hold to the last digit; the other cells give way"
+    )
+
+    actual_linear: FloatVectorProperty(size=3)
+    wanted_linear: FloatVectorProperty(size=3)
+    has_result: BoolProperty()
+    delta_e: FloatProperty(name="ΔE", default=NO_ERROR, description="CIEDE2000 between wanted and actual color")
+    actual: FloatVectorProperty(
+        name="Actual Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("actual_linear"),
+        description="The color that comes out. Click to read its numbers; it cannot be edited",
+    )  # fmt: skip
+    wanted: FloatVectorProperty(
+        name="Common Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("wanted_linear"),
+        description="The color that was found for all cells of this group. Click to read its numbers",
+    )  # fmt: skip
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether an eye sees the difference between wanted and actual."""
+        return self.delta_e > VISIBLE_DELTA_E
+
+    @property
+    def error_text(self) -> str:
+        """ΔE in as many digits as an eye needs."""
+        if not self.has_result:
+            return "–"
+        if self.delta_e < 0:
+            return "free" if self.mode in ("FREE", "DISTINCT") else "–"
+        return "ΔE <0.01" if self.delta_e < 0.005 else f"ΔE {self.delta_e:.{2 if self.delta_e < 1 else 1}f}"
+
+
+CLASSES = (SpectralPaletteReference, SpectralPaletteCell)
+
+
+def register() -> None:
+    """Register the classes."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Take them away."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``scene.spectral``: the palette and the render settings of a scene."""
+
+import bpy
+from bpy.props import PointerProperty
+
+from .palette import SpectralPalette
+from .render import SpectralRender
+
+
+class SpectralScene(bpy.types.PropertyGroup):
+    """Everything that this extension stores on a scene."""
+
+    palette: PointerProperty(type=SpectralPalette)
+    render: PointerProperty(type=SpectralRender)
+
+
+def register() -> None:
+    """Add ``spectral`` to scenes."""
+    bpy.utils.register_class(SpectralScene)
+    bpy.types.Scene.spectral = PointerProperty(type=SpectralScene, name="Spectral")
+
+
+def unregister() -> None:
+    """Take it away; what is stored stays in the file."""
+    del bpy.types.Scene.spectral
+    bpy.utils.unregister_class(SpectralScene)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Builds the extension zip: blender_addon, spectral_core as a wheel, and every wheel it needs, for offline use.
+
+``make extension`` writes dist/spectral_scene-VERSION.zip with wheels for the Pythons of Blender 4.2 to 5.2 and has
+Blender's own validator check it. ``--python 3.11`` keeps one Python only: a smaller zip, for a quick try.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+STAGE, CACHE, DIST = ROOT / "build" / "extension", ROOT / "wheels", ROOT / "dist"
+PYTHONS = ("3.11", "3.13", "3.14")
+"""Blender 4.2 to 5.0 carry 3.11, 5.1 and 5.2 carry 3.13, Debian's 5.2 carries 3.14."""
+PLATFORM_TAGS = {
+    "linux-x64": ["manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux_2_17_x86_64", "manylinux2014_x86_64"],
+    "windows-x64": ["win_amd64"],
+    "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64", "macosx_14_0_arm64"],
+}
+BUNDLED = [
+    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR"),
+    *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
+    *("importlib_resources", "typing_extensions", "packaging"),
+]
+"""Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
+
+
+def run(*command: str, cwd: Path = ROOT) -> None:
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"extension: {' '.join(command[:6])} … failed:\n{done.stdout[-3000:]}{done.stderr[-3000:]}")
+
+
+def versions() -> dict[str, str]:
+    """Version of each bundled package, as constraints.txt pins it: what was tested is what is shipped."""
+    pins = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
+    by_name = {name.lower().replace("_", "-"): version for name, version in pins.items()}
+    return {package: by_name[package.lower().replace("_", "-")] for package in BUNDLED}
+
+
+def download(platform: str, pythons: list[str]) -> list[Path]:
+    """The bundled packages' wheels for one platform, kept in wheels/ between builds."""
+    wanted = [f"{package}=={version}" for package, version in versions().items()]
+    found: list[Path] = []
+    for python in pythons:
+        folder = CACHE / platform / python
+        stamp = folder / "complete"
+        if not stamp.exists() or stamp.read_text() != "\n".join(wanted):
+            shutil.rmtree(folder, ignore_errors=True)
+            print(f"extension: fetching wheels for Python {python} on {platform}", flush=True)
+            tags = [part for tag in PLATFORM_TAGS[platform] for part in ("--platform", tag)]
+            run(sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:", "--dest",
+                str(folder), "--python-version", python, *tags, *wanted)  # fmt: skip
+            stamp.write_text("\n".join(wanted))
+        found += folder.glob("*.whl")
+    return list({path.name: path for path in found}.values())
+
+
+def core_wheel() -> Path:
+    """spectral_core alone as a wheel: the extension itself is the other half of the distribution."""
+    source = ROOT / "build" / "core"
+    shutil.rmtree(source, ignore_errors=True)
+    skip = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "spectral_core", source / "spectral_core", ignore=skip)
+    for name in ("README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source / name)
+    text = (ROOT / "pyproject.toml").read_text()
+    text = text.replace('packages = ["spectral_core", "blender_addon"]', 'packages = ["spectral_core"]')
+    text = re.sub(r"\[project\.scripts\]\n.*?\n\n", "", text, flags=re.DOTALL)
+    (source / "pyproject.toml").write_text(text)
+    run(sys.executable, "-m", "build", "--wheel", "--outdir", str(source / "dist"), cwd=source)
+    return next((source / "dist").glob("*.whl"))
+
+
+def stage(wheels: list[Path], platform: str) -> None:
+    """The extension's folder as Blender's builder wants it."""
+    shutil.rmtree(STAGE, ignore_errors=True)
+    shutil.copytree(ROOT / "blender_addon", STAGE, ignore=shutil.ignore_patterns("__pycache__", ".keep"))
+    shutil.copy(ROOT / "LICENSE", STAGE / "LICENSE")
+    (STAGE / "wheels").mkdir()
+    for wheel in wheels:
+        (STAGE / "wheels" / wheel.name).hardlink_to(wheel)
+    manifest = STAGE / "blender_manifest.toml"
+    listed = "".join(f'  "./wheels/{name}",\n' for name in sorted(wheel.name for wheel in wheels))
+    filled = f'platforms = ["{platform}"]\nwheels = [\n{listed}]'
+    manifest.write_text(manifest.read_text().replace("wheels = []", filled, 1))
+
+
+def blender_tool() -> list[str]:
+    """Blender's own extension builder, as bpy ships it; pure Python, it needs no Blender running."""
+    spec = importlib.util.find_spec("bpy")
+    if spec is None or spec.origin is None:
+        sys.exit("extension: building needs bpy for Blender's own validator: pip install bpy (Python 3.11)")
+    scripts = next(Path(spec.origin).parent.glob("*/scripts"))
+    return [sys.executable, str(scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py")]
+
+
+def tags_option() -> str:
+    scripts = Path(blender_tool()[1]).parents[3]
+    return f"--valid-tags={scripts / 'modules' / '_bpy_internal' / 'extensions' / 'tags.py'}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--python", action="append", choices=PYTHONS, help="only for this Python (may be repeated)")
+    parser.add_argument("--platform", default="linux-x64", choices=PLATFORM_TAGS)
+    parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
+    given = parser.parse_args()
+    wheels = [core_wheel(), *download(given.platform, given.python or list(PYTHONS))]
+    stage(wheels, given.platform)
+    DIST.mkdir(exist_ok=True)
+    version = tomllib.loads((ROOT / "blender_addon" / "blender_manifest.toml").read_text())["version"]
+    package = DIST / f"{given.name}-{version}.zip"
+    run(*blender_tool(), "build", tags_option(), "--source-dir", str(STAGE), "--output-filepath", str(package))
+    run(*blender_tool(), "validate", tags_option(), str(package))
+    print(f"extension: {package.relative_to(ROOT)} ({package.stat().st_size / 1e6:.0f} MB) passes Blender's validator")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sets this checkout up: system libraries, .venv, packages. Safe to run twice; the second time it only checks.
+
+Only the standard library, since nothing is installed yet. With root or sudo the few system libraries that bpy and
+drjit need come from the distribution; without, the one command to run is printed. Without LLVM the scalar renderer
+still works, slower.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+VENV = ROOT / ".venv"
+PYTHON = VENV / "bin" / "python"
+STAMP = VENV / ".set-up"
+OLDEST_LLVM = 15  # older ones abort in drjit's code generation: "Cannot select: fminimum"
+
+# library that bpy links to -> Debian and Ubuntu package that holds it
+BLENDER_LIBRARIES = {
+    "libX11.so.6": "libx11-6",
+    "libXrender.so.1": "libxrender1",
+    "libXfixes.so.3": "libxfixes3",
+    "libXi.so.6": "libxi6",
+    "libXxf86vm.so.1": "libxxf86vm1",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libSM.so.6": "libsm6",
+    "libICE.so.6": "libice6",
+    "libGL.so.1": "libgl1",
+    "libEGL.so.1": "libegl1",
+}
+
+
+def say(text: str) -> None:
+    print(f"setup: {text}", flush=True)
+
+
+def loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def has_llvm() -> bool:
+    """Whether an LLVM that drjit can use lies where its loader looks."""
+    if os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return True
+    folders = [Path("/usr/lib"), Path("/usr/lib64"), Path("/usr/local/lib"), *Path("/usr/lib").glob("*-linux-gnu")]
+    names = [path.name for folder in folders if folder.is_dir() for path in folder.glob("libLLVM*.so*")]
+    versions = [int(found[1]) for name in names if (found := re.search(r"(?:LLVM-|\.so\.)(\d+)", name))]
+    return any(version >= OLDEST_LLVM for version in versions)
+
+
+def privileged() -> list[str] | None:
+    """What to put before a command that needs root: nothing, sudo, or None where neither is to be had."""
+    if os.geteuid() == 0:
+        return []
+    if shutil.which("sudo") and subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode == 0:
+        return ["sudo", "-n"]
+    return None
+
+
+def newest_llvm_package() -> str:
+    """The newest libllvm that this distribution offers; Debian 12's is libllvm19."""
+    listed = subprocess.run(["apt-cache", "pkgnames", "libllvm"], capture_output=True, text=True).stdout
+    versions = [int(found[1]) for found in re.finditer(r"^libllvm(\d+)(?:t64)?$", listed, re.MULTILINE)]
+    known_good = [version for version in versions if OLDEST_LLVM <= version <= 20]
+    return f"libllvm{max(known_good)}" if known_good else "libllvm19"
+
+
+def system_libraries() -> None:
+    missing = sorted({package for library, package in BLENDER_LIBRARIES.items() if not loads(library)})
+    llvm_missing = not has_llvm()
+    if not missing and not llvm_missing:
+        return
+    if not shutil.which("apt-get"):
+        needed = ", ".join([*missing, *(["LLVM 15 or newer (libLLVM.so)"] if llvm_missing else [])])
+        say(f"no apt-get here; install by your own means: {needed}")
+        if missing:
+            sys.exit(1)
+        return
+    before = privileged()
+    if before is None:
+        packages = [*missing, *(["libllvm19"] if llvm_missing else [])]
+        say(
+            f"some system libraries are missing and there is neither root nor sudo here. Run once:\n\n"
+            f"    su -c 'apt-get update && apt-get install -y --no-install-recommends {' '.join(packages)}'\n"
+        )
+        if missing:
+            sys.exit(1)
+        say("only LLVM is missing: going on with the scalar renderer, which is many times slower")
+        return
+    environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
+    say("reading the distribution's package lists")
+    subprocess.run([*before, "apt-get", "update", "-qq"], check=True, env=environment)
+    packages = [*missing, *([newest_llvm_package()] if llvm_missing else [])]
+    say(f"installing {' '.join(packages)}")
+    quiet = ["apt-get", "install", "-y", "-qq", "--no-install-recommends"]
+    done = subprocess.run([*before, *quiet, *packages], env=environment, capture_output=True, text=True)
+    if done.returncode:
+        print(done.stdout[-2000:], done.stderr[-2000:], file=sys.stderr)
+        say("the distribution's package manager failed; its words are above")
+        sys.exit(1)
+
+
+def wanted() -> str:
+    """Changes whenever what is to be installed changes."""
+    parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", "constraints.txt")]
+    return hashlib.sha256(b"\0".join([*parts, sys.version.encode()])).hexdigest()
+
+
+def packages() -> None:
+    if STAMP.exists() and STAMP.read_text() == wanted() and PYTHON.exists():
+        return
+    if not PYTHON.exists():
+        say(f"making .venv with Python {sys.version.split()[0]}")
+        venv.create(VENV, with_pip=True)
+    say("installing the packages (bpy and Mitsuba are large: a minute or two)")
+    pip = [
+        str(PYTHON),
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "--constraint",
+        "constraints.txt",
+    ]
+    if subprocess.run([*pip, "--editable", ".[all,dev]"], cwd=ROOT).returncode:
+        say("pip failed; its words are above. Is there a network, and is this Python 3.11?")
+        sys.exit(1)
+    STAMP.write_text(wanted())
+
+
+def main() -> None:
+    if sys.version_info < (3, 11):
+        say(f"this is Python {sys.version.split()[0]}; Python 3.11 is needed (Debian 12: python3 python3-venv)")
+        sys.exit(1)
+    if sys.version_info[:2] != (3, 11):
+        say(f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so what needs Blender is left out")
+    system_libraries()
+    packages()
+    say("ready")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Camera and film."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene.geometry import affine
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Camera:
+    """Blender's camera: looks along its local -Z, +Y up.
+
+    ``field_of_view_rad``: full angle over the frame's larger side if ``sensor_fit`` is ``"auto"``, over its width or
+    height otherwise. ``orthographic_scale``: extent over that same side, in world units. ``shift``: fraction of that
+    same side by which the picture's center moves right and up. ``aperture_radius``: 0 for no depth of field.
+    """
+
+    world_from_camera: NDArray[np.float64]
+    kind: Literal["perspective", "orthographic"] = "perspective"
+    field_of_view_rad: float = np.radians(40.0)
+    orthographic_scale: float = 6.0
+    sensor_fit: Literal["auto", "width", "height"] = "auto"
+    shift: tuple[float, float] = (0.0, 0.0)
+    aperture_radius: float = 0.0
+    focus_distance: float = 10.0
+    near: float = 0.1
+    far: float = 1000.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "world_from_camera", affine("camera", self.world_from_camera))
+        require_range("field_of_view_rad", self.field_of_view_rad, 1e-4, np.pi - 1e-4, " rad")
+        require_range("aperture_radius", self.aperture_radius, 0.0, 1e9)
+        require_range("focus_distance", self.focus_distance, 1e-9, 1e12)
+        if not 0 < self.near < self.far:
+            raise InvalidInputError(f"camera clips at {self.near:g} and {self.far:g}; expected 0 < near < far")
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """Size and sampling of the picture.
+
+    ``crop``: (left, bottom, width, height) in pixels of the full frame, y upwards, or None. ``samples`` per pixel.
+    ``pixel_aspect``: height of a pixel over its width. ``transparent``: surroundings are not seen by the camera.
+    ``filter_width``: full width of the pixel filter, in pixels. ``exposure``: factor on the linear picture.
+    """
+
+    width: int
+    height: int
+    samples: int = 64
+    seed: int = 0
+    crop: tuple[int, int, int, int] | None = None
+    pixel_aspect: float = 1.0
+    transparent: bool = False
+    filter_width: float = 1.5
+    exposure: float = 1.0
+    filter_kind: Literal["blackman_harris", "box"] = "blackman_harris"
+
+    def __post_init__(self) -> None:
+        for name, value, most in (("width", self.width, 65536), ("height", self.height, 65536)):
+            require_range(f"film {name}", value, 1, most, " pixels")
+        require_range("samples per pixel", self.samples, 1, 1 << 24)
+        if self.crop is not None:
+            left, bottom, width, height = self.crop
+            if (
+                min(left, bottom) < 0
+                or min(width, height) < 1
+                or left + width > self.width
+                or bottom + height > self.height
+            ):
+                raise InvalidInputError(
+                    f"crop {self.crop} (left, bottom, width, height) does not lie inside the film of "
+                    f"{self.width}×{self.height} pixels"
+                )
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of what is rendered: the crop, else the whole frame."""
+        return (self.crop[2], self.crop[3]) if self.crop else (self.width, self.height)

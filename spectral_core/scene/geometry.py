@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes, where they stand, and sampled volumes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import frozen_array, require_finite
+from spectral_core.errors import InvalidInputError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """Triangles in object space.
+
+    ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
+    None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0. Corners
+    whose normals or UVs differ are separate vertices.
+    """
+
+    name: str
+    positions: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    normals: NDArray[np.float32] | None = None
+    uvs: NDArray[np.float32] | None = None
+    material_indices: NDArray[np.uint16] | None = None
+
+    def __post_init__(self) -> None:
+        # asarray, not a copy: a million triangles pass here on every frame
+        set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        set_field("positions", _array(self, "positions", np.float32, 3))
+        set_field("triangles", _array(self, "triangles", np.uint32, 3))
+        vertex_count = len(self.positions)
+        for name, width in (("normals", 3), ("uvs", 2)):
+            if getattr(self, name) is not None:
+                set_field(name, _array(self, name, np.float32, width, vertex_count))
+        if self.material_indices is not None:
+            indices = np.ascontiguousarray(self.material_indices, dtype=np.uint16)
+            if indices.shape != (len(self.triangles),):
+                raise InvalidInputError(
+                    f"mesh {self.name!r} has {len(self.triangles)} triangles and material_indices of shape "
+                    f"{indices.shape}; give one index per triangle"
+                )
+            set_field("material_indices", indices)
+        if self.triangles.size and int(self.triangles.max()) >= vertex_count:
+            raise InvalidInputError(
+                f"mesh {self.name!r} names vertex {int(self.triangles.max())} but has {vertex_count} vertices, from 0"
+            )
+
+
+def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = None) -> NDArray[Any]:
+    array = np.ascontiguousarray(getattr(mesh, name), dtype=dtype)
+    if array.ndim != 2 or array.shape[1] != width or (length is not None and len(array) != length):
+        expected = f"({'any' if length is None else length}, {width})"
+        raise InvalidInputError(f"mesh {mesh.name!r} has {name} of shape {array.shape}; expected {expected}")
+    require_finite(f"mesh {mesh.name!r} {name}", array)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instance:
+    """One placement of a mesh. ``world_from_object``: (4, 4). ``materials``: names, one per material slot of the mesh.
+
+    ``group``: the light group that its emission belongs to, "" for none.
+    """
+
+    name: str
+    mesh: str
+    world_from_object: NDArray[np.float64]
+    materials: tuple[str, ...] = ()
+    group: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VolumeObject:
+    """A sampled scalar volume that is seen through a transfer function.
+
+    ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
+    ``transfer``: a ``spectral_core.volume`` transfer function (not named here: scene stands below that room).
+    ``rule`` and ``quality``: as ``spectral_core.volume`` defines them.
+    """
+
+    name: str
+    data: NDArray[Any]
+    world_from_index: NDArray[np.float64]
+    transfer: Any
+    rule: str = "auto"
+    quality: float = 1.0
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if np.ndim(self.data) != 3:
+            raise InvalidInputError(
+                f"volume {self.name!r} has data of shape {np.shape(self.data)}; expected (nx, ny, nz)"
+            )
+        object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
+
+
+def affine(name: str, matrix: Any) -> NDArray[np.float64]:
+    """A finite (4, 4) matrix with last row 0, 0, 0, 1, read-only; else InvalidInputError naming ``name``."""
+    array = frozen_array(f"{name}: its matrix", matrix, (4, 4))
+    if not np.allclose(array[3], (0, 0, 0, 1)):
+        raise InvalidInputError(
+            f"{name}: its matrix has last row {array[3].tolist()}; expected an affine map, (0, 0, 0, 1)"
+        )
+    return array

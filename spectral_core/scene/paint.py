@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a socket can hold: a color, a spectrum, an image, or two of them mixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import frozen_array, require_finite
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectrum import Spectrum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Color:
+    """Linear sRGB, shape (3,). As a reflectance it is upsampled to a smooth spectrum; as a light it tints D65."""
+
+    linear_rgb: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "linear_rgb", frozen_array("linear_rgb", self.linear_rgb, (3,)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImageTexture:
+    """Pixels over a mesh's UV square, row 0 at v = 0 (bottom, as in Blender).
+
+    ``pixels``: (height, width, channels), 1, 3 or 4 channels, float32 or uint8. ``color_space``: ``"srgb"`` (display
+    encoded colors), ``"linear"`` (linear sRGB) or ``"raw"`` (numbers, e.g. a mask). ``uv_from_mesh_uv``: (3, 3) affine.
+    """
+
+    name: str
+    pixels: NDArray[Any]
+    color_space: Literal["srgb", "linear", "raw"] = "srgb"
+    extension: Literal["repeat", "clip", "extend", "mirror"] = "repeat"
+    interpolation: Literal["linear", "nearest"] = "linear"
+    uv_from_mesh_uv: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        pixels = np.ascontiguousarray(self.pixels)
+        if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape:
+            raise InvalidInputError(
+                f"image {self.name!r} has pixels of shape {pixels.shape}; "
+                "expected (height, width, 1, 3 or 4), none of them 0"
+            )
+        if pixels.dtype not in (np.dtype(np.float32), np.dtype(np.uint8)):
+            raise InvalidInputError(f"image {self.name!r} has pixels of type {pixels.dtype}; expected float32 or uint8")
+        require_finite(f"image {self.name!r}", pixels)
+        object.__setattr__(self, "pixels", pixels)
+        object.__setattr__(self, "uv_from_mesh_uv", frozen_array("uv_from_mesh_uv", self.uv_from_mesh_uv, (3, 3)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MixedPaint:
+    """``(1 - factor) · first + factor · second``, the factor a number in [0, 1] or an image."""
+
+    factor: Scalar
+    first: Paint
+    second: Paint
+
+
+Paint = Color | Spectrum | ImageTexture | MixedPaint
+"""A color that varies with wavelength, with place, or with both."""
+Scalar = float | ImageTexture
+"""A plain number, or one per place (the mean of an image's color channels)."""
+
+
+def gray(value: float) -> Color:
+    """The color that is ``value`` in all three channels."""
+    return Color(np.full(3, value))

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene as a whole, what a translation has to say about it, and its hash."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene.camera import Camera, Film
+from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
+from spectral_core.scene.lights import Light, World
+from spectral_core.scene.surface import Material
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something a user must know about the scene, said once: ``subject`` is the thing's name as the user knows it."""
+
+    subject: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSettings:
+    """What the artist decided; ``None`` leaves the decision to the plan.
+
+    ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
+    plan decisions by name that the artist fixed.
+    """
+
+    transport: Literal["rgb", "spectral"] | None = None
+    max_bounces: int | None = None
+    variant: str | None = None
+    tolerance_delta_e: float = 1.0
+    overrides: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Scene:
+    """Everything that a picture depends on.
+
+    Names are unique per kind; instances refer to meshes and materials by name.
+    """
+
+    camera: Camera
+    film: Film
+    meshes: tuple[Mesh, ...] = ()
+    materials: tuple[Material, ...] = ()
+    instances: tuple[Instance, ...] = ()
+    lights: tuple[Light, ...] = ()
+    world: World = field(default_factory=World)
+    volumes: tuple[VolumeObject, ...] = ()
+    settings: RenderSettings = field(default_factory=RenderSettings)
+    notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        for kind in ("meshes", "materials", "lights", "volumes"):
+            names = [item.name for item in getattr(self, kind)]
+            doubled = sorted({name for name in names if names.count(name) > 1}) if len(set(names)) < len(names) else []
+            if doubled:
+                raise InvalidInputError(f"the scene has two {kind} named {doubled[0]!r}; give each its own name")
+        meshes, materials = {m.name for m in self.meshes}, {m.name for m in self.materials}
+        for instance in self.instances:
+            if instance.mesh not in meshes:
+                raise InvalidInputError(
+                    f"instance {instance.name!r} shows mesh {instance.mesh!r}, which the scene lacks"
+                )
+            missing = [name for name in instance.materials if name not in materials]
+            if missing:
+                raise InvalidInputError(
+                    f"instance {instance.name!r} wears material {missing[0]!r}, which the scene lacks"
+                )
+
+
+def scene_hash(item: Any) -> str:
+    """SHA-256 (hex) over every number, text and array of frozen scene data: equal data, equal hash."""
+    digest = hashlib.sha256()
+    _feed(digest, item)
+    return digest.hexdigest()
+
+
+def _feed(digest: Any, item: Any) -> None:
+    if isinstance(item, np.ndarray):
+        digest.update(f"a{item.dtype.str}{item.shape}".encode())
+        digest.update(np.ascontiguousarray(item).tobytes())
+    elif dataclasses.is_dataclass(item):
+        digest.update(f"d{type(item).__name__}".encode())
+        for entry in dataclasses.fields(item):
+            _feed(digest, getattr(item, entry.name))
+    elif isinstance(item, dict):
+        _feed(digest, sorted(item.items()))
+    elif isinstance(item, (tuple, list)):
+        digest.update(f"l{len(item)}".encode())
+        for entry in item:
+            _feed(digest, entry)
+    elif item is None or isinstance(item, (str, bytes, bool, int, float, np.generic)):
+        digest.update(f"v{type(item).__name__}{item!r};".encode())
+    else:
+        raise InvalidInputError(f"{type(item).__name__} has no place in scene data, so it cannot be hashed")

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sampling a mapped function g(f(x)) of one variable at a chosen rate and rebuilding it, as in Figs. 4.1 and 4.4."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
+
+Function = Callable[[NDArray], ArrayLike]
+
+
+@dataclass(frozen=True)
+class RegularSamples:
+    """Samples of a function at ``start + i * distance`` and the sinc interpolant through them."""
+
+    start: float
+    distance: float
+    samples: NDArray[np.float64]
+    interval: tuple[float, float]
+    """The interval of interest; samples stand on both sides of it, so that its ends are not starved."""
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n,) all sample positions, those of the margins included."""
+        return self.start + self.distance * np.arange(self.samples.size)
+
+    @property
+    def count_inside(self) -> int:
+        """Samples inside the interval: what the rate costs."""
+        inside = (self.positions >= self.interval[0]) & (self.positions <= self.interval[1])
+        return int(inside.sum())
+
+    def __call__(self, x: ArrayLike) -> NDArray[np.float64]:
+        """The sinc interpolant at ``x`` (any shape)."""
+        offsets = (np.asarray(x, float)[..., None] - self.positions) / self.distance
+        return np.sinc(offsets) @ self.samples
+
+
+def sample_composition(
+    f: Function,
+    g: Function,
+    interval: tuple[float, float],
+    frequency: float,
+    *,
+    oversampling: float = 2.0,
+    margin: int = 512,
+) -> RegularSamples:
+    """Samples of g(f(x)) over ``interval`` at ``oversampling`` times the Nyquist rate of the angular ``frequency``.
+
+    Give ``CompositeBandlimit.frequency`` or ``.product_frequency`` to compare the two bounds. ``margin`` more samples
+    on each side keep the truncation of the sinc series away from the interval; f and g must be defined there.
+    """
+    low, high = interval
+    if not low < high:
+        raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
+    require_range("frequency", frequency, 1e-300, math.inf, " rad per unit length")
+    require_range("oversampling", oversampling, 1e-6, 1e6)
+    distance = math.pi / (frequency * oversampling)
+    inside = math.ceil((high - low) / distance)
+    if inside > 10_000_000:
+        raise InvalidInputError(
+            f"{inside} samples over {low} to {high} were asked for; lower the frequency, {frequency:g}"
+        )
+    start = low - margin * distance
+    positions = start + distance * np.arange(inside + 1 + 2 * margin)
+    return RegularSamples(start, distance, np.asarray(g(np.asarray(f(positions))), dtype=np.float64), (low, high))
+
+
+def reconstruction_snr(samples: RegularSamples, function: Function, count: int = 4096) -> float:
+    """Signal to noise ratio in dB, 10 log10(|h|² / |h − r|²), of the interpolant r against ``function`` h."""
+    x = np.linspace(*samples.interval, count)
+    expected = np.asarray(function(x), dtype=np.float64)
+    noise = float(np.sum((expected - samples(x)) ** 2))
+    return math.inf if noise == 0 else 10 * math.log10(float(np.sum(expected**2)) / noise)

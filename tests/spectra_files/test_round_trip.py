@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is written reads back: every number to the bit, kinds, names, grids and sources too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spectral_core import datasets
+from spectral_core.spectra_files import read_spectra, read_spectrum, write_spectra
+from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+
+KINDS = {"illuminant": Illuminant, "reflectance": Reflectance, "spectrum": Spectrum}
+
+
+@st.composite
+def spectra(draw: st.DrawFn) -> Spectrum:
+    wavelengths = draw(
+        st.lists(st.floats(200, 3000, allow_subnormal=False), min_size=2, max_size=12, unique=True).map(sorted)
+    )
+    kind = draw(st.sampled_from(sorted(KINDS)))
+    low, high = {"illuminant": (0, 1e6), "reflectance": (0, 1), "spectrum": (-1e6, 1e6)}[kind]
+    values = draw(st.lists(st.floats(low, high), min_size=len(wavelengths), max_size=len(wavelengths)))
+    text = st.text(st.characters(categories=["L", "N", "P", "S"], include_characters=" "), max_size=20)
+    name = " ".join(draw(text).split()) or "unnamed"
+    grid = SpectralGrid(np.array(wavelengths), draw(st.sampled_from(["linear", "sampled"])))
+    return KINDS[kind](name, grid, np.array(values), source=" ".join(draw(text).split()))
+
+
+def assert_same(read: Spectrum, written: Spectrum, path: Path) -> None:
+    assert type(read) is type(written)
+    assert read.name == written.name
+    assert read.source == (written.source or path.name)
+    assert read.grid.same_as(written.grid)
+    np.testing.assert_array_equal(read.values, written.values)
+
+
+COMMON = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@COMMON
+@given(st.lists(spectra(), min_size=1, max_size=4))
+def test_csv_keeps_any_spectra_on_any_grids(tmp_path: Path, written: list[Spectrum]) -> None:
+    path = tmp_path / "table.csv"
+    write_spectra(path, written)
+    read = read_spectra(path)
+    assert len(read) == len(written)
+    for one, other in zip(read, written, strict=True):
+        assert_same(one, other, path)
+
+
+@COMMON
+@given(spectra(), st.sampled_from([".spd", ".spdx"]))
+def test_one_spectrum_formats_keep_it(tmp_path: Path, written: Spectrum, ending: str) -> None:
+    path = tmp_path / f"one{ending}"
+    write_spectra(path, [written])
+    if not (ending == ".spdx" and written.name == "None"):
+        assert_same(read_spectrum(path), written, path)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".spd", ".spdx"])
+@pytest.mark.parametrize(
+    "spectrum", [datasets.illuminant("HP1"), datasets.reflectance("dark skin")], ids=["light", "surface"]
+)
+def test_shipped_spectra(tmp_path: Path, ending: str, spectrum: Spectrum) -> None:
+    path = tmp_path / f"shipped{ending}"
+    write_spectra(path, [spectrum])
+    assert_same(read_spectrum(path), spectrum, path)
+
+
+def test_lights_and_surfaces_share_a_table(tmp_path: Path) -> None:
+    written = [datasets.illuminant("D65"), datasets.reflectance("dark skin"), datasets.illuminant("LPS")]
+    write_spectra(tmp_path / "mixed.csv", written)
+    read = read_spectra(tmp_path / "mixed.csv")
+    assert [type(spectrum) for spectrum in read] == [Illuminant, Reflectance, Illuminant]
+    assert [spectrum.grid.size for spectrum in read] == [spectrum.grid.size for spectrum in written]
+
+
+def test_a_file_without_its_ending_is_known_by_what_it_holds(tmp_path: Path) -> None:
+    light = datasets.illuminant("A")
+    for file_format in ("csv", "spd", "spdx"):
+        path = tmp_path / f"{file_format}.dat"
+        write_spectra(path, [light], file_format=file_format)
+        np.testing.assert_array_equal(read_spectrum(path).values, light.values)

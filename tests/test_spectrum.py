@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Grids, spectra and the shipped tables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core import datasets
+from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
+from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+
+
+def test_uniform_grid_has_its_end_and_says_what_it_is() -> None:
+    grid = SpectralGrid.uniform(400, 700, 10)
+
+    assert grid.size == 31
+    assert grid.wavelengths_nm[[0, -1]].tolist() == [400, 700]
+    assert str(grid) == "400–700 nm / 10 nm (31 samples)"
+
+
+@pytest.mark.parametrize(
+    ("wavelengths", "message"),
+    [
+        ([400], "at least 2"),
+        ([500, 400], "ascending order"),
+        ([400, 400, 500], "ascending order"),
+        ([400, np.nan], r"not finite, the first is nan at index \(1,\)"),
+        ([-10, 400], "positive"),
+        ([[400, 500]], r"shape \(1, 2\)"),
+    ],
+)
+def test_bad_grids_are_refused(wavelengths: list[float], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        SpectralGrid(np.array(wavelengths, dtype=float))
+
+
+def test_a_step_that_does_not_divide_the_range_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="no whole number of steps of 7 nm"):
+        SpectralGrid.uniform(400, 700, 7)
+
+
+def test_evaluation_matrix_is_linear_interpolation_and_zero_outside(rng: np.random.Generator) -> None:
+    grid = SpectralGrid(np.cumsum(rng.uniform(1, 20, 40)) + 380)
+    values = rng.uniform(0, 1, grid.size)
+    points = rng.uniform(360, 900, 500)
+
+    expected = np.interp(points, grid.wavelengths_nm, values, left=0, right=0)
+    np.testing.assert_allclose(grid.values_from_knots(points) @ values, expected, atol=1e-14)
+    np.testing.assert_allclose(grid.values_from_knots(grid.wavelengths_nm), np.eye(grid.size), atol=0)
+
+
+def test_cell_widths_tile_the_range() -> None:
+    np.testing.assert_allclose(SpectralGrid.uniform(400, 700, 10).cell_widths_nm, 10)
+
+
+def test_arrays_are_read_only() -> None:
+    light = datasets.illuminant("D65")
+    with pytest.raises(ValueError, match="read-only"):
+        light.values[0] = 1.0
+
+
+def test_a_light_is_not_negative_and_a_surface_does_not_glow() -> None:
+    grid = SpectralGrid.uniform(400, 700, 100)
+    with pytest.raises(InvalidInputError, match=r"'bad' is negative \(-0.1\) at 500 nm"):
+        Illuminant("bad", grid, np.array([0, -0.1, 1, 1]))
+    with pytest.raises(InvalidInputError, match="spans 0 to 1.2; a passive surface"):
+        Reflectance("bad", grid, np.array([0, 1.2, 1, 1]))
+    assert Reflectance("rounded", grid, np.array([-1e-9, 1, 1, 1 + 1e-9])).values.min() == 0
+
+
+def test_values_must_fit_the_grid() -> None:
+    with pytest.raises(GridMismatchError, match="has 3 values, its grid .* has 31"):
+        Spectrum("short", SpectralGrid.uniform(), np.ones(3))
+    with pytest.raises(GridMismatchError, match=r"use \.resampled\(grid\)"):
+        datasets.illuminant("D65").require_grid(SpectralGrid.uniform())
+
+
+def test_averaging_keeps_the_power_of_a_line() -> None:
+    """A 2 nm wide line between the knots of a 10 nm grid is lost by point values and kept by cell means."""
+    fine = SpectralGrid.uniform(400, 700, 1)
+    line = Illuminant("line", fine, np.where(np.abs(fine.wavelengths_nm - 585) < 1.5, 1.0, 0.0))
+    coarse = SpectralGrid.uniform(400, 700, 10)
+
+    assert line.resampled(coarse).values.sum() == 0
+    kept = (line.resampled(coarse, average=True).values * coarse.cell_widths_nm).sum()
+    assert kept == pytest.approx(np.trapezoid(line.values) if hasattr(np, "trapezoid") else 3.0, rel=0.1)
+
+
+def test_unknown_names_say_what_is_near() -> None:
+    with pytest.raises(UnknownNameError, match="no illuminant is named 'D56'; did you mean .*'D65'"):
+        datasets.illuminant("D56")
+    with pytest.raises(UnknownNameError, match="no reflectance is named 'drak skin'; did you mean 'dark skin'"):
+        datasets.reflectance("drak skin")
+
+
+def test_every_shipped_spectrum_can_be_read() -> None:
+    lights = [datasets.illuminant(name) for name in datasets.illuminant_names()]
+    patches = [datasets.reflectance(name) for name in datasets.reflectance_names()]
+
+    assert len(lights) >= 106
+    assert len(patches) == 24
+    assert all(light.values.max() > 0 for light in lights)
+    assert datasets.illuminant("sodium").name == "HP1"
+
+
+def test_blackbody_peaks_where_wien_says() -> None:
+    grid = SpectralGrid.uniform(360, 1200, 1)
+    for kelvin in (3000.0, 4000.0, 6500.0):
+        peak = grid.wavelengths_nm[datasets.blackbody(kelvin, grid).values.argmax()]
+        assert peak == pytest.approx(2.897771955e6 / kelvin, abs=1.0)
+    assert datasets.illuminant("blackbody 3200").name == "blackbody 3200"
+    with pytest.raises(InvalidInputError, match="temperature is 5 K; expected a value from 500 K"):
+        datasets.blackbody(5)

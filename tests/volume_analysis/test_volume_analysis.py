@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sampling theory of g(f(x)): band limits, the transfer kernel with its cone and Airy edge, rebuilt signals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import jv
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.analysis import (
+    SampledFunction,
+    composite_bandlimit,
+    cone_edges,
+    energy_beyond,
+    essential_bandlimit,
+    frequency_transfer_kernel,
+    reconstruction_snr,
+    sample_composition,
+    steepest_slope,
+)
+
+
+def thesis_f(x):
+    return 0.5 + 9 / 20 * np.sin(2 * np.pi / 4 * x) + 1 / 20 * np.sin(4 * np.pi * x)
+
+
+def thesis_g(y):
+    return 0.5 * (1 - np.cos(2 * np.pi * y))
+
+
+THESIS_F = SampledFunction.of(thesis_f, 0, 4, 4096, periodic=True)
+THESIS_G = SampledFunction.of(thesis_g, 0, 1, 1024, periodic=True)
+
+trigonometric = st.lists(st.tuples(st.floats(-1, 1), st.floats(0, 6.2)), min_size=1, max_size=6).filter(
+    lambda terms: sum(abs(a) for a, _ in terms) > 0.1 and abs(terms[-1][0]) > 0.05
+)
+
+
+def trigonometric_polynomial(terms):
+    """f, f' and f''' of sum a_k sin(k x + phase_k) over one period of 2π."""
+
+    def derivative(order):
+        return lambda x: sum(a * k**order * np.sin(k * x + p + order * np.pi / 2) for k, (a, p) in enumerate(terms, 1))
+
+    return derivative(0), derivative(1), derivative(3)
+
+
+# Band limits
+
+
+def test_pure_frequencies_are_found_exactly():
+    cosine = SampledFunction.of(lambda x: 3 + np.cos(7 * x), 0, 2 * np.pi, 256, periodic=True)
+    assert essential_bandlimit(cosine) == pytest.approx(7, rel=1e-12)
+    mirrored = SampledFunction.of(lambda x: 3 + np.cos(7 * x), 0, np.pi, 257)
+    assert essential_bandlimit(mirrored) == pytest.approx(7, rel=1e-12)
+
+
+def test_a_constant_has_no_frequency():
+    for periodic in (False, True):
+        constant = SampledFunction.regular(np.full(100, 0.3), periodic=periodic)
+        assert essential_bandlimit(constant) == 0
+        assert energy_beyond(constant, 0) == 0
+    assert composite_bandlimit(constant, THESIS_G).sample_distance() == math.inf
+
+
+def test_energy_fraction_splits_where_it_says():
+    two_tones = SampledFunction.of(
+        lambda x: 3 * np.cos(2 * x) + np.cos(9 * x), 0, 2 * np.pi, 512, periodic=True
+    )  # 90 % and 10 %
+    assert essential_bandlimit(two_tones, 0.89) == pytest.approx(2)
+    assert essential_bandlimit(two_tones, 0.91) == pytest.approx(9)
+    assert energy_beyond(two_tones, 5) == pytest.approx(0.1, abs=1e-12)
+
+
+def test_bandlimit_in_three_variables_is_the_norm_of_the_wave_vector():
+    x, y, z = np.meshgrid(*[np.arange(32) * 2 * np.pi / 32] * 3, indexing="ij")
+    wave = SampledFunction.regular(np.sin(2 * x + 3 * y + 6 * z), 2 * np.pi / 32, periodic=True)
+    assert essential_bandlimit(wave) == pytest.approx(7, rel=1e-12)
+
+
+def test_slope_of_the_interpolant_bounds_every_slope_between_samples():
+    from scipy.interpolate import RegularGridInterpolator
+
+    rng = np.random.default_rng(5)
+    values = rng.random((5, 6, 4))
+    bound = steepest_slope(SampledFunction.regular(values, (0.5, 1.0, 2.0)))
+    axes = [np.arange(n) * d for n, d in zip(values.shape, (0.5, 1.0, 2.0), strict=True)]
+    trilinear = RegularGridInterpolator(axes, values)
+    points = rng.random((4000, 3)) * [a[-1] - 2e-3 for a in axes] + 1e-3
+    gradient = [(trilinear(points + s) - trilinear(points - s)) / 2e-4 for s in np.eye(3) * 1e-4]
+    measured = np.linalg.norm(gradient, axis=0).max()
+    assert measured <= bound * (1 + 1e-9)
+    assert bound < 1.5 * measured
+
+
+def test_thesis_example_needs_nearly_five_times_fewer_samples():
+    limit = composite_bandlimit(THESIS_F, THESIS_G)
+    assert limit.transfer_bandlimit == pytest.approx(2 * np.pi, rel=1e-12)
+    assert limit.max_slope == pytest.approx(
+        9 / 20 * np.pi / 2 + 1 / 20 * 4 * np.pi, rel=2e-5
+    )  # slope of the linear interpolant
+    assert limit.frequency == pytest.approx(limit.transfer_bandlimit * limit.max_slope)
+    assert limit.product_frequency / limit.frequency == pytest.approx(4.63, abs=0.01)
+
+
+def test_a_single_sinusoid_gets_the_same_rate_from_both_bounds():
+    sinusoid = SampledFunction.of(lambda x: 0.5 + 9 / 20 * np.sin(np.pi / 2 * x), 0, 4, 4096, periodic=True)
+    limit = composite_bandlimit(sinusoid, THESIS_G)
+    assert limit.frequency == pytest.approx(limit.product_frequency, rel=1e-6)
+
+
+@given(trigonometric)
+@settings(max_examples=60, deadline=None)
+def test_the_bound_never_exceeds_the_product_bound(terms):
+    """Bernstein's inequality, for every band limited f."""
+    f = SampledFunction.of(trigonometric_polynomial(terms)[0], 0, 2 * np.pi, 4096, periodic=True)
+    limit = composite_bandlimit(f, THESIS_G, energy=1.0 - 1e-12)
+    # the range is measured on samples: short by the parabola between two of them at most
+    assert limit.frequency <= limit.product_frequency * (1 + 1e-4)
+
+
+@given(trigonometric, st.floats(20, 150))
+@settings(max_examples=40, deadline=None)
+def test_energy_beyond_the_bound_is_the_airy_tail(terms, nu):
+    """Four Airy lengths past ω_h nothing is left: Ai(4)² is 1e-6 of the peak."""
+    f, slope, third = trigonometric_polynomial(terms)
+    x = np.linspace(0, 2 * np.pi, 8192, endpoint=False)
+    bound = nu * np.abs(slope(x)).max()
+    airy_length = np.cbrt(nu * np.abs(third(x)).max() / 2)
+    composed = SampledFunction.regular(np.exp(1j * nu * f(x)).real, x[1], periodic=True)
+    assert energy_beyond(composed, bound + 4 * airy_length) < 1e-5
+
+
+@given(st.floats(0.1, 10), st.floats(0.1, 10))
+@settings(max_examples=20, deadline=None)
+def test_stretching_space_or_data_scales_the_bound(stretch, gain):
+    plain = composite_bandlimit(THESIS_F, THESIS_G)
+    stretched = SampledFunction.regular(THESIS_F.values * gain, THESIS_F.spacing[0] * stretch, periodic=True)
+    scaled = composite_bandlimit(stretched, THESIS_G)
+    assert scaled.frequency == pytest.approx(plain.frequency * gain / stretch, rel=1e-9)
+    assert scaled.product_frequency == pytest.approx(plain.product_frequency * gain / stretch, rel=1e-9)
+
+
+def test_a_better_known_slope_replaces_the_measured_one():
+    assert composite_bandlimit(THESIS_F, THESIS_G, max_slope=2.0).frequency == pytest.approx(4 * np.pi)
+
+
+# The kernel
+
+
+def test_kernel_of_a_sinusoid_is_bessel():
+    """Jacobi-Anger: the Fourier coefficients of exp(iν A sin x) are J_k(ν A)."""
+    sinusoid = SampledFunction.of(lambda x: 0.5 * np.sin(x), -1.3, 2 * np.pi - 1.3, 1024, periodic=True)
+    kernel = frequency_transfer_kernel(sinusoid, [0.0, 3.0, -40.0, 200.0])
+    order = np.round(kernel.omega).astype(int)
+    for nu, row in zip(kernel.nu, kernel.values, strict=True):
+        assert np.abs(row - jv(order, nu * 0.5)).max() < 1e-13
+
+
+def test_kernel_is_hermitian():
+    nu = np.linspace(-50, 50, 21)
+    kernel = frequency_transfer_kernel(THESIS_F, nu)
+    inner = kernel.values[:, 1:]  # the FFT's lowest frequency has no positive partner
+    assert np.abs(inner - np.conj(inner[::-1, ::-1])).max() < 1e-12
+
+
+def test_kernel_applied_to_a_spectrum_is_the_spectrum_of_the_composition():
+    """Eq. 4.7 against the FFT of g(f(x)) itself, for a Gaussian g with its closed-form spectrum."""
+    width, centre = 0.05, 0.4
+    nu = np.linspace(-200, 200, 801)
+    spectrum = width * np.exp(-((width * nu) ** 2) / 2 - 1j * nu * centre)
+    kernel = frequency_transfer_kernel(THESIS_F, nu)
+    composed = np.exp(-((THESIS_F.values - centre) ** 2) / (2 * width**2))
+    direct = np.fft.fftshift(np.fft.fft(composed)) * THESIS_F.spacing[0] / math.sqrt(2 * np.pi)
+    assert np.abs(kernel.compose(spectrum) - direct).max() < 1e-10 * np.abs(direct).max()
+
+
+@given(trigonometric, st.floats(60, 200))
+@settings(max_examples=25, deadline=None)
+def test_energy_of_the_kernel_lies_between_the_edges_of_the_cone(terms, nu):
+    f, slope, third = trigonometric_polynomial(terms)
+    x = np.linspace(0, 2 * np.pi, 8192, endpoint=False)
+    kernel = frequency_transfer_kernel(SampledFunction.of(f, 0, 2 * np.pi, 8192, periodic=True), [nu])
+    power = np.abs(kernel.values[0]) ** 2
+    margin = 4 * np.cbrt(nu * np.abs(third(x)).max() / 2)
+    inside = (kernel.omega >= nu * slope(x).min() - margin) & (kernel.omega <= nu * slope(x).max() + margin)
+    assert power[~inside].sum() < 1e-6 * power.sum()
+
+
+def gaussian(mean, deviation, x):
+    return np.exp(-((x - mean) ** 2) / (2 * deviation**2))
+
+
+def test_edges_of_a_gaussian_are_its_inflection_slopes():
+    lower, upper = cone_edges(SampledFunction.of(lambda x: gaussian(0.5, 1 / 12, x), 0, 1, 2048))
+    expected = 12 * math.exp(-0.5)
+    assert (lower.slope, upper.slope) == pytest.approx((-expected, expected), rel=1e-8)
+    assert upper.positions == pytest.approx([0.5 - 1 / 12], abs=1e-9)
+    assert upper.third_derivatives == pytest.approx([-2 * 12**3 * math.exp(-0.5)], rel=1e-5)
+
+
+def test_edges_of_a_periodic_function_count_every_turning_point():
+    double = SampledFunction.of(lambda x: np.sin(2 * x), 0, 2 * np.pi, 512, periodic=True)
+    lower, upper = cone_edges(double)
+    assert (len(lower.positions), len(upper.positions)) == (2, 2)
+    assert upper.slope == pytest.approx(2, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "function", [lambda x: gaussian(0.5, 1 / 12, x), lambda x: gaussian(0.5, 1 / 12, x) + gaussian(0.25, 1 / 30, x)]
+)
+def test_airy_edge_matches_the_kernel_about_the_edge(function):
+    """Eq. 4.18 against the discrete K, within one Airy length inside and three outside of each edge, for large ν."""
+    f = SampledFunction.of(function, -1, 2, 1 << 16)
+    nu = 2000.0
+    kernel = frequency_transfer_kernel(f, [nu])
+    for edge, outward in zip(cone_edges(f), (-1, 1), strict=True):
+        distance = outward * (kernel.omega - nu * edge.slope) / edge.decay_length(nu)
+        near = (distance > -1) & (distance < 3)
+        predicted = edge.airy_kernel(kernel.omega[near], nu)
+        peak = np.abs(predicted).max()
+        assert near.sum() > 20
+        # The next term of the expansion is of relative order ν^(-1/3).
+        assert np.abs(predicted - kernel.values[0][near]).max() < 0.5 * nu ** (-1 / 3) * peak
+
+
+def test_kernel_beyond_the_edge_is_below_the_black_of_the_figure():
+    f = SampledFunction.of(lambda x: gaussian(0.5, 1 / 12, x), 0, 1, 4096)
+    nu = 300.0
+    kernel = frequency_transfer_kernel(f, [nu])
+    _, upper = cone_edges(f)
+    outside = kernel.omega > nu * upper.slope + 6 * upper.decay_length(nu)
+    assert np.abs(kernel.values[0][outside]).max() < math.exp(-7) * np.abs(kernel.values[0]).max()
+
+
+# Rebuilding
+
+
+def test_oversampling_at_the_bound_rebuilds_the_composition():
+    """SNR at 1, 2 and 4 times the Nyquist rate of either bound, for the example of Fig. 4.1."""
+
+    def composed(x):
+        return thesis_g(thesis_f(x))
+
+    limit = composite_bandlimit(THESIS_F, THESIS_G)
+    snr = [
+        reconstruction_snr(sample_composition(thesis_f, thesis_g, (-3, 3), limit.frequency, oversampling=o), composed)
+        for o in (1, 2, 4)
+    ]
+    assert snr == sorted(snr)
+    assert snr[1] > 20
+    assert snr[2] > 50
+
+
+def test_counts_follow_the_bounds():
+    limit = composite_bandlimit(THESIS_F, THESIS_G)
+    tight = sample_composition(thesis_f, thesis_g, (-3, 3), limit.frequency)
+    product = sample_composition(thesis_f, thesis_g, (-3, 3), limit.product_frequency)
+    assert tight.count_inside == math.floor(6 / tight.distance) + 1
+    assert tight.distance == pytest.approx(limit.sample_distance(2.0))
+    assert product.count_inside / tight.count_inside == pytest.approx(4.63, rel=0.05)
+
+
+def test_interpolant_meets_its_samples():
+    samples = sample_composition(thesis_f, thesis_g, (-3, 3), 10.0)
+    assert np.abs(samples(samples.positions) - samples.samples).max() < 1e-12
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: SampledFunction.regular([1.0, 2.0]), "3 or more samples"),
+        (lambda: SampledFunction.regular([1.0, np.nan, 2.0]), r"not finite.*index \(1,\)"),
+        (lambda: SampledFunction.regular([1.0, 2.0, 3.0], -1.0), "expected positive distances"),
+        (lambda: SampledFunction.of(np.sin, 1, 1, 10), "expected low < high"),
+        (lambda: SampledFunction.of(np.sin, 0, 1, 2), "expected 3 or more"),
+        (lambda: essential_bandlimit(THESIS_G, 1.5), "energy fraction is 1.5"),
+        (lambda: composite_bandlimit(THESIS_F, SampledFunction.regular(np.ones((3, 3)))), "2 variables"),
+        (lambda: frequency_transfer_kernel(SampledFunction.regular(np.ones((3, 3))), [1.0]), "2 variables"),
+        (lambda: frequency_transfer_kernel(THESIS_F, [1.0, 2.0, 4.0]).compose([1, 1, 1]), "evenly spaced"),
+        (lambda: cone_edges(SampledFunction.of(np.square, 0, 1, 64)), "at an end of its interval"),
+        (lambda: cone_edges(SampledFunction.of(np.square, 0, 1, 6)), "need 8 or more"),
+        (lambda: cone_edges(THESIS_F)[0].airy_kernel(1.0, 0.0), "ν = 0 was given"),
+        (lambda: sample_composition(np.sin, np.sin, (1, 0), 1.0), "expected low < high"),
+        (lambda: sample_composition(np.sin, np.sin, (0, 1), 0.0), "frequency is 0.0"),
+        (lambda: sample_composition(np.sin, np.sin, (0, 1), 1e12), "lower the frequency"),
+    ],
+)
+def test_wrong_input_is_named(make, message):
+    with pytest.raises(InvalidInputError, match=message):
+        make()
+
+
+def test_the_example_in_the_docstring():
+    import doctest
+
+    from spectral_core.volume import analysis
+
+    assert doctest.testmod(analysis) == (0, 7)
