@@ -244,8 +244,10 @@ class Check:
 
     SHARP = 1e-13
     """Gap at which colors are right to about 1e-7 even where a light shows some of them only faintly."""
-    LIMIT = 1e-7
-    """Largest scaled KKT residual and equality error of an answer that is believed; ten times stricter than claimed."""
+    LIMIT = 1e-6
+    """Largest scaled KKT residual and equality error of an answer that is believed."""
+    GOAL = 1e-7
+    """At which no other engine is tried."""
     BOUND_LIMIT = 1e-9
     """Largest distance outside the bounds."""
 
@@ -253,6 +255,11 @@ class Check:
     def passed(self) -> bool:
         """Whether the answer may be called right."""
         return self.kkt <= self.LIMIT and self.bounds <= self.BOUND_LIMIT and self.equality <= self.LIMIT
+
+    @property
+    def good(self) -> bool:
+        """Whether it passed with room to spare."""
+        return self.passed and self.worst <= self.GOAL
 
     @property
     def worst(self) -> float:
