@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
-from spectral_core.palette.least_squares import Check
+from spectral_core.palette.optimality import Check
 from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
@@ -146,6 +146,9 @@ def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Arra
         "color": float(np.sqrt(np.mean((wanted - actual)[known] ** 2))) if known.any() else 0.0,
         "smoothness": float(np.sqrt(np.mean([np.sum((operator @ each) ** 2) for each in shapes]))) if shapes else 0.0,
     }
+    subspace = builder.subspace_errors(state)
+    if subspace is not None:
+        result["subspace"] = float(np.sqrt(np.mean(subspace**2)))
     robust = builder.robust_errors(state)
     if robust is not None:
         result["robust"] = float(np.sqrt(np.mean(robust**2)))
