@@ -60,7 +60,9 @@ def _nested(plt: Any, rate: int) -> Any:
     for axis, lattice in zip(axes, lattices, strict=True):
         _nested_cells(axis, lattice)
         angle = np.degrees(lattice.polynomial.angles[0])
-        axis.set_title(f"{lattice.lattice_class}\nturn {angle:.1f}°, ρ = {packing(lattice.generator)[0]:.3f}", fontsize=9)
+        axis.set_title(
+            f"{lattice.lattice_class}\nturn {angle:.1f}°, ρ = {packing(lattice.generator)[0]:.3f}", fontsize=9
+        )
     figure.suptitle(f"All lattices of the plane that rotate into themselves at rate {rate}", fontsize=11)
     return figure
 
