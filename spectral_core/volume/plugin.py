@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from spectral_core.errors import InvalidInputError, MissingDependencyError
-from spectral_core.volume.device import DeviceVolume, is_scalar
+from spectral_core.volume.device import is_scalar
 from spectral_core.volume.integrator_settings import SceneVolume, VolumeSettings, read_settings, read_volumes
 from spectral_core.volume.march import march
 from spectral_core.volume.plan import Plan, plan
@@ -22,10 +24,12 @@ from spectral_core.volume.scene_march import Placed, WorldRay, march_scene
 from spectral_core.volume.view import View
 
 _registered: set[str] = set()
+# Mitsuba calls plugins with denormals flushed to zero, where NumPy warns on its first look at a float type's limits.
+_LIMITS = np.finfo(np.float32), np.finfo(np.float64)
 
 
 def register_integrator() -> None:
-    """Make `adaptive_volume` known to Mitsuba; raises RenderError's kin if Mitsuba is absent or no variant is set."""
+    """Make `adaptive_volume` known to Mitsuba; raises where Mitsuba is absent or no variant is set."""
     try:
         import mitsuba as mi
     except ImportError as error:
@@ -102,7 +106,6 @@ class SceneFields:
 def sensor_view(sensor: Any) -> View | None:
     """The View of a perspective or orthographic Mitsuba sensor; None for any other."""
     import mitsuba as mi
-    import numpy as np
 
     known = mi.traverse(sensor)
     width, height = (int(n) for n in sensor.film().size())
@@ -129,7 +132,7 @@ def _integrator_class() -> Any:
     import drjit as dr
     import mitsuba as mi
 
-    class AdaptiveVolume(mi.SamplingIntegrator):  # type: ignore[misc,name-defined]
+    class AdaptiveVolume(mi.SamplingIntegrator):
         def __init__(self, props: Any) -> None:
             super().__init__(props)
             if mi.is_polarized:
@@ -155,10 +158,7 @@ def _integrator_class() -> Any:
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             if not self.fields.placed:
                 self.fields.prepare(None)
-            if self.settings.shadows:
-                hit = scene.ray_intersect_preliminary(ray, True, active)
-            else:
-                hit = scene.ray_intersect_preliminary(ray, True, active)
+            hit = scene.ray_intersect_preliminary(ray, True, active)
             end = dr.select(hit.is_valid(), hit.t, 1e30)
             line = WorldRay(list(ray.o), list(ray.d), dr.minimum(end, ray.maxt))
             amounts, seen, light = self.march(scene, sampler, ray, line, active)
@@ -201,6 +201,3 @@ def _integrator_class() -> Any:
             return f"AdaptiveVolume[{', '.join(item.volume.name for item in self.fields.items)}]"
 
     return AdaptiveVolume
-
-
-__all__ = ["DeviceVolume", "register_integrator", "sensor_view", "variant_types"]
