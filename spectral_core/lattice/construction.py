@@ -106,8 +106,8 @@ def build_lattice(
     logs = logs - (sizes @ logs) / sizes.sum()
     if np.abs(logs).max() > MAX_LOG_SCALE:
         raise InvalidInputError(
-            f"log_scales reach {np.abs(logs).max():.3g} in size; expected at most {MAX_LOG_SCALE:g}. Scales repeat with "
-            "the units of the number ring, so an equal lattice exists within the limit: start the search nearer to 0"
+            f"log_scales reach {np.abs(logs).max():.3g} in size; expected at most {MAX_LOG_SCALE:g}. Scales repeat "
+            "with the units of the number ring, so an equal lattice exists within the limit: search nearer to 0"
         )
     blocks = embedding(lattice_class)
     generator = np.exp(0.5 * np.repeat(logs, sizes))[:, None] * blocks

@@ -126,7 +126,7 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
 def _anchored(lattice: Lattice, region: Region) -> Anchored:
     if region.dimensions != lattice.dimensions:
         raise InvalidInputError(
-            f"the region has {region.dimensions} dimensions and the lattice {lattice.dimensions}; make a lattice for the region"
+            f"the region has {region.dimensions} dimensions, the lattice {lattice.dimensions}; make one for the region"
         )
     return anchor(region)
 

@@ -14,6 +14,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.distinct_cells import wants_distinct
 from spectral_core.palette.phase import PhaseBuilder, Side
 from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
 from spectral_core.palette.problem import PaletteProblem
@@ -58,6 +59,10 @@ def solve_palette(
     ``explain``: look for the cells that conflict where wishes are missed; takes some tens of solves.
     Never raises for a hopeless wish: the solution's ``status``, ``remedy`` and ``conflicts`` say so.
     """
+    if wants_distinct(problem):
+        from spectral_core.palette.distinct import solve_distinct  # which itself solves with this module
+
+        return solve_distinct(problem, warm=warm)
     started = perf_counter()
     wishes = compiled_wishes(problem)
     builder = PhaseBuilder(problem, wishes)

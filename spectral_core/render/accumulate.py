@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.render.camera_rays import camera_frame, rays
+from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.picture import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.wavelengths import FIRST_NM, WavelengthPlan
 from spectral_core.scene import Camera, Film
@@ -113,14 +114,14 @@ class Accumulator:
         sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
         return _Tile(first, count, sampler, sums, dr.opaque(mi.Float, 0.0, count), bands)
 
-    def add(self, scene: Any, integrator: Any, samples: int) -> Iterator[float]:
+    def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
         for done, tile in enumerate(self._tiles, 1):
-            self._trace(scene, integrator, tile, samples)
+            self._trace(first_hit, integrator, tile, samples)
             yield done / len(self._tiles)
         self.samples += samples
 
-    def _trace(self, scene: Any, integrator: Any, tile: _Tile, samples: int) -> None:
+    def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = dr.arange(mi.UInt32, tile.count) + dr.opaque(mi.UInt32, tile.first)
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
@@ -134,12 +135,11 @@ class Accumulator:
         def body(index: Any, sums: Any, covered: Any, sampler: Any) -> Any:
             draws = [mi.Float((turn + index * step) >> 8) * 2.0**-24 for turn, step in zip(turns, _STEPS, strict=True)]
             ray, cells, within = self._ray(corner, draws)
-            radiance, valid, _ = integrator.sample(scene, sampler, ray, None, mi.Bool(True))
-            radiance = dr.select(dr.isfinite(radiance), radiance, 0.0)
+            radiance, coverage = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             if bands is not None:
                 self._scatter_bands(bands, lane, radiance, (cells, within))
-            return index + 1, sums + color, covered + dr.select(valid, 1.0, 0.0), sampler
+            return index + 1, sums + color, covered + coverage, sampler
 
         _, tile.sums, tile.covered, tile.sampler = dr.while_loop(
             (first, tile.sums, tile.covered, tile.sampler),
@@ -150,6 +150,19 @@ class Accumulator:
         tile.sampler.schedule_state()
         dr.eval(tile.sums, tile.covered, bands)
         dr.sync_thread()
+
+    def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any]:
+        """Radiance along a camera ray, and how much of the pixel it covers."""
+        mi, dr = self._mi, self._dr
+        ray = first_hit.past_hidden(ray)
+        passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
+        if first_hit.transparent:
+            passed, behind = first_hit.straight_through(ray)
+        seen = dr.min(passed) < 1.0
+        radiance, _, _ = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
+        # what is not covered shows the environment: taken out in expectation
+        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed)
 
     def _turns(self, pixel: Any) -> list[Any]:
         """Five random 32-bit offsets per pixel."""
