@@ -45,7 +45,9 @@ def curve(renderer: VolumeRenderer, transfer: Any, views: list[View], rule: Any)
     exact = [reference(renderer, view, transfer) for view in views]
     rows = []
     for scale in np.geomspace(start, stop, 16):
-        shown = [renderer.render(view, transfer, Stepping(rule, "midpoint", float(scale)), counts=True) for view in views]
+        shown = [
+            renderer.render(view, transfer, Stepping(rule, "midpoint", float(scale)), counts=True) for view in views
+        ]
         error = np.stack([colors_of(image, transfer) - e for image, e in zip(shown, exact, strict=True)])
         rows.append((snr_db(np.stack(exact), error), sum(image.samples or 0 for image in shown)))
     return np.array(rows)
