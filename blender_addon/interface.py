@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from .drawing import icons
+from .drawing import icons, overlay
 from .operators import palette_files, render_plan, volume_files
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
@@ -19,5 +19,5 @@ PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solv
 OPERATORS = (
     table_operators, solve_operators, spectrum_operators, palette_files, render_plan, volume_operators, volume_files,
 )  # fmt: skip
-PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels)
+PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, overlay)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

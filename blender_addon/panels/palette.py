@@ -26,6 +26,7 @@ def draw_palette(layout, context) -> None:
     row.scale_y = 1.3
     row.operator("spectral.palette_solve", icon="PLAY")
     row.prop(palette, "live", text="", icon="FILE_REFRESH")
+    row.prop(palette, "show_curves", text="", icon="GRAPH")
     row.operator_menu_enum("spectral.palette_preset", "preset", text="", icon="PRESET")
     _draw_status(layout, context, palette)
     draw_table(layout, context, palette)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import XYZ_FROM_RGB, lab_jacobian_from_linear_rgb
 from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences, subspace_errors
-from spectral_core.palette.least_squares import Block, Link, LinkedLeastSquares
+from spectral_core.palette.least_squares import Block, Link, LinkedLeastSquares, pull_of
 from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.state import PaletteState
 from spectral_core.palette.wishes import Condition, Group, Target, Wishes
@@ -113,7 +113,7 @@ class PhaseBuilder:
             return
         weight = target.weight / COLOR_NORM * (self.problem.robust_weight if condition else 1.0)
         weighing = weight * (np.eye(3) if metric is None else metric[target.cell])
-        rows[view.items[block]].add(weighing @ matrix, weighing @ (target.color - offset))
+        rows[view.items[block]].add(weighing @ matrix, weighing @ (target.color - offset), pull_of(weight, matrix))
 
     def _links(
         self, view: _View, metric: Array | None, *, soft: bool
@@ -185,13 +185,15 @@ class _Rows:
 
     def __init__(self) -> None:
         self.matrices: list[Array] = []
+        self.pulls: list[float] = []
         self.targets: list[Array] = []
         self.equal_matrices: list[Array] = []
         self.equal_targets: list[Array] = []
 
-    def add(self, matrix: Array, target: Array) -> None:
+    def add(self, matrix: Array, target: Array, pull: float = np.inf) -> None:
         self.matrices.append(matrix)
         self.targets.append(target)
+        self.pulls.append(pull)
 
     def equal(self, matrix: Array, target: Array) -> None:
         self.equal_matrices.append(matrix)
@@ -204,7 +206,7 @@ class _Rows:
             )
 
         soft, hard = stack(self.matrices, self.targets), stack(self.equal_matrices, self.equal_targets)
-        return Block(*soft, np.full(size, low), np.full(size, high), *hard)
+        return Block(*soft, np.full(size, low), np.full(size, high), *hard, tuple(self.pulls))
 
 
 class _View:

@@ -121,10 +121,10 @@ def _status(
 ) -> PaletteStatus:
     answers = trace.answers.values()
     worst, _ = exact_error(builder.wishes, state.colors())
-    if any(not answer.check.passed for answer in answers) or bounds > Check.BOUND_LIMIT:
-        return PaletteStatus.INACCURATE
     if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
         return PaletteStatus.EXACT_CONFLICT
+    if any(not answer.check.passed for answer in answers) or bounds > Check.BOUND_LIMIT:
+        return PaletteStatus.INACCURATE
     if invisible_lights(builder, state):
         return PaletteStatus.INVISIBLE
     missed = np.isfinite(error) & (error > VISIBLE_DELTA_E)

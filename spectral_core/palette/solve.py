@@ -8,12 +8,13 @@ It moves its limit of 7×7 colors for 31 samples to past 9×9.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.distinct_cells import wants_distinct
 from spectral_core.palette.phase import PhaseBuilder, Side
 from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
 from spectral_core.palette.problem import PaletteProblem
@@ -49,20 +50,48 @@ class SolveTrace:
         self.timings[side] = self.timings.get(side, 0.0) + seconds
 
 
-def solve_palette(problem: PaletteProblem, *, warm: PaletteSolution | None = None) -> PaletteSolution:
+def solve_palette(
+    problem: PaletteProblem, *, warm: PaletteSolution | None = None, explain: bool = True
+) -> PaletteSolution:
     """Spectra that come as near to all wishes as the bounds allow.
 
     ``warm``: an earlier solution of a like problem; where the unknowns have the same shapes its spectra are the start.
+    ``explain``: look for the cells that conflict where wishes are missed; takes some tens of solves.
     Never raises for a hopeless wish: the solution's ``status``, ``remedy`` and ``conflicts`` say so.
     """
+    if wants_distinct(problem):
+        from spectral_core.palette.distinct import solve_distinct  # which itself solves with this module
+
+        return solve_distinct(problem, warm=warm)
     started = perf_counter()
     wishes = compiled_wishes(problem)
     builder = PhaseBuilder(problem, wishes)
     state = initial_state(problem, None if warm is None else warm.state)
     trace = SolveTrace(notes=list(wishes.notes))
+    if problem.scale_lights:
+        state = brightened_to_fit(builder, state, trace)
     state = alternate(builder, state, trace)
     trace.timings["total"] = perf_counter() - started
-    return reported(builder, state, trace)
+    solution = reported(builder, state, trace)
+    if not explain:
+        return solution
+    from spectral_core.palette.conflicts import with_conflicts
+
+    return with_conflicts(solution)
+
+
+def brightened_to_fit(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> PaletteState:
+    """All lights times the largest reflectance that a design without upper bound has, if above it (section 5.5)."""
+    low, high = builder.problem.reflectance_bounds
+    open_ended = PhaseBuilder(replace(builder.problem, reflectance_bounds=(low, np.inf)), builder.wishes)
+    answer = solve_phase(open_ended.build("reflectances", state, soft=True).problem)
+    largest = max((float(values.max()) for values in answer.blocks), default=0.0)
+    if not np.isfinite(high) or largest <= high:
+        return state
+    trace.notes.append(
+        f"all lights were made {largest / high:.3g} times brighter so that reflectances fit below {high:g}"
+    )
+    return state.brightened(largest / high)
 
 
 def alternate(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, rounds: int | None = None) -> PaletteState:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.render.camera_rays import camera_frame, rays
+from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.picture import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.wavelengths import FIRST_NM, WavelengthPlan
 from spectral_core.scene import Camera, Film
@@ -106,21 +107,25 @@ class Accumulator:
         # one 32-bit seed per tile: TEA of the frame's seed and the tile's first pixel
         seed, _ = mi.sample_tea_32(mi.UInt32(self.film.seed & 0xFFFFFFFF), mi.UInt32(first), 8)
         sampler.seed(int(seed[0]), count)
-        bands = dr.zeros(mi.Float, count * self.band_count) if self.band_count else None
-        return _Tile(first, count, sampler, dr.zeros(mi.Color3f, count), dr.zeros(mi.Float, count), bands)
+        # evaluated and opaque: what the compiler knows about the start would make the first pass a kernel of its own
+        sampler.schedule_state()
+        dr.eval()
+        bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
+        sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
+        return _Tile(first, count, sampler, sums, dr.opaque(mi.Float, 0.0, count), bands)
 
-    def add(self, scene: Any, integrator: Any, samples: int) -> Iterator[float]:
+    def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
         for done, tile in enumerate(self._tiles, 1):
-            self._trace(scene, integrator, tile, samples)
+            self._trace(first_hit, integrator, tile, samples)
             yield done / len(self._tiles)
         self.samples += samples
 
-    def _trace(self, scene: Any, integrator: Any, tile: _Tile, samples: int) -> None:
+    def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = dr.arange(mi.UInt32, tile.count) + dr.opaque(mi.UInt32, tile.first)
-        left, bottom = self.film.crop[:2] if self.film.crop else (0, 0)
-        width = self.film.size[0]
+        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
+        width = dr.opaque(mi.UInt32, self.film.size[0])
         corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
         turns = self._turns(pixel)
         first = dr.opaque(mi.UInt32, self.samples)
@@ -130,12 +135,11 @@ class Accumulator:
         def body(index: Any, sums: Any, covered: Any, sampler: Any) -> Any:
             draws = [mi.Float((turn + index * step) >> 8) * 2.0**-24 for turn, step in zip(turns, _STEPS, strict=True)]
             ray, cells, within = self._ray(corner, draws)
-            radiance, valid, _ = integrator.sample(scene, sampler, ray, None, mi.Bool(True))
-            radiance = dr.select(dr.isfinite(radiance), radiance, 0.0)
+            radiance, coverage = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             if bands is not None:
                 self._scatter_bands(bands, lane, radiance, (cells, within))
-            return index + 1, sums + color, covered + dr.select(valid, 1.0, 0.0), sampler
+            return index + 1, sums + color, covered + coverage, sampler
 
         _, tile.sums, tile.covered, tile.sampler = dr.while_loop(
             (first, tile.sums, tile.covered, tile.sampler),
@@ -147,10 +151,23 @@ class Accumulator:
         dr.eval(tile.sums, tile.covered, bands)
         dr.sync_thread()
 
+    def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any]:
+        """Radiance along a camera ray, and how much of the pixel it covers."""
+        mi, dr = self._mi, self._dr
+        ray = first_hit.past_hidden(ray)
+        passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
+        if first_hit.transparent:
+            passed, behind = first_hit.straight_through(ray)
+        seen = dr.min(passed) < 1.0
+        radiance, _, _ = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
+        # what is not covered shows the environment: taken out in expectation
+        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed)
+
     def _turns(self, pixel: Any) -> list[Any]:
         """Five random 32-bit offsets per pixel."""
         mi = self._mi
-        seed = mi.UInt32((self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
+        seed = self._dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
         turns = []
         for _ in range(3):
             seed, other = mi.sample_tea_32(pixel, seed, 6)
@@ -161,9 +178,9 @@ class Accumulator:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
         mi, dr = self._mi, self._dr
         offset = mi.Vector2f(self._offset(draws[1]), self._offset(draws[2]))
-        picture = (corner + 0.5 + offset) / mi.Vector2f(self.film.width, self.film.height)
+        picture = (corner + 0.5 + offset) / mi.Vector2f(self._number(self.film.width), self._number(self.film.height))
         lens = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(draws[3], draws[4]))
-        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f)
+        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f, self._number)
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False
@@ -179,6 +196,10 @@ class Accumulator:
             within.append(rest)
         ray.wavelengths = mi.Spectrum(*(mi.Float(c) + w + float(FIRST_NM) for c, w in zip(cells, within, strict=True)))
         return ray, cells, within
+
+    def _number(self, value: float) -> Any:
+        """A number that the kernel reads instead of knowing: another frame's then needs no new kernel."""
+        return self._dr.opaque(self._mi.Float, float(value))
 
     def _offset(self, draw: Any) -> Any:
         mi, dr = self._mi, self._dr
@@ -212,7 +233,7 @@ class Accumulator:
                     within,
                 )
                 target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
-                dr.scatter_add(bands, radiance[k] * weight * 0.25, target)
+                dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
 
     def picture(self) -> NDArray[np.float32]:
         """Mean so far: (height, width, 4) linear sRGB and coverage, row 0 at the bottom; zeros before any sample."""

@@ -7,6 +7,7 @@ arithmetic is written once over whichever array type comes in.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,31 +57,37 @@ def camera_frame(camera: Camera, film: Film) -> CameraFrame:
     return CameraFrame(camera.world_from_camera[:3, 3], right, up, back, center - half, center + half, camera)
 
 
-def rays(frame: CameraFrame, picture: Any, lens: Any, vector: Any) -> tuple[Any, Any, Any]:
+def rays(
+    frame: CameraFrame, picture: Any, lens: Any, vector: Any, number: Callable[[float], Any] = float
+) -> tuple[Any, Any, Any]:
     """Origin, unit direction and length of rays (a ray ends at the far clip, and starts at the near one).
 
     ``picture``: two arrays in [0, 1], right and up over the full frame; ``lens``: two arrays, a point in the unit
-    disk; ``vector``: makes a 3-vector of three arrays (``mi.Vector3f``).
+    disk; ``vector``: makes a 3-vector of three arrays (``mi.Vector3f``); ``number``: what a number of the camera
+    becomes (an opaque Dr.Jit value, so that a moving camera needs no new kernel).
     """
-    camera = frame.camera
-    x = picture[0] * float(frame.high[0] - frame.low[0]) + float(frame.low[0])
-    y = picture[1] * float(frame.high[1] - frame.low[1]) + float(frame.low[1])
-    lens_x, lens_y = lens[0] * camera.aperture_radius, lens[1] * camera.aperture_radius
-    focus = camera.focus_distance
+    camera, near = frame.camera, number(frame.camera.near)
+    x = picture[0] * number(frame.high[0] - frame.low[0]) + number(frame.low[0])
+    y = picture[1] * number(frame.high[1] - frame.low[1]) + number(frame.low[1])
+    lens_x = lens_y = 0.0 * x
+    tilt_x = tilt_y = 0.0
+    if camera.aperture_radius > 0:
+        radius, focus = number(camera.aperture_radius), number(camera.focus_distance)
+        lens_x, lens_y = lens[0] * radius, lens[1] * radius
+        tilt_x, tilt_y = lens_x / focus, lens_y / focus
     if camera.kind == "perspective":
         start_x, start_y = lens_x, lens_y
-        toward_x, toward_y = x - lens_x / focus, y - lens_y / focus
+        toward_x, toward_y = x - tilt_x, y - tilt_y
     else:
         start_x, start_y = x + lens_x, y + lens_y
-        toward_x, toward_y = -lens_x / focus, -lens_y / focus
+        toward_x, toward_y = 0.0 * x - tilt_x, 0.0 * y - tilt_y
     per_depth = (1.0 + toward_x * toward_x + toward_y * toward_y) ** 0.5
-    direction = _combine(frame, vector, toward_x / per_depth, toward_y / per_depth, -1.0 / per_depth)
-    start = _combine(
-        frame, vector, start_x + camera.near * toward_x, start_y + camera.near * toward_y, -camera.near + 0 * x
-    )
-    origin = vector(*(start[i] + float(frame.origin[i]) for i in range(3)))
-    return origin, direction, per_depth * (camera.far - camera.near)
+    axes = [[number(axis[i]) for axis in (frame.right, frame.up, frame.back)] for i in range(3)]
 
+    def in_world(local: tuple[Any, Any, Any]) -> list[Any]:
+        return [sum(part * axis for part, axis in zip(local, row, strict=True)) for row in axes]
 
-def _combine(frame: CameraFrame, vector: Any, x: Any, y: Any, z: Any) -> Any:
-    return vector(*(x * float(frame.right[i]) + y * float(frame.up[i]) + z * float(frame.back[i]) for i in range(3)))
+    direction = vector(*in_world((toward_x / per_depth, toward_y / per_depth, -1.0 / per_depth)))
+    start = in_world((start_x + near * toward_x, start_y + near * toward_y, 0.0 * x - near))
+    origin = vector(*(part + number(frame.origin[i]) for i, part in enumerate(start)))
+    return origin, direction, per_depth * number(camera.far - camera.near)

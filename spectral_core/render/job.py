@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.accumulate import Accumulator
+from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.mitsuba_scene import load_scene
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
 from spectral_core.render.plan import EffectPlan
@@ -54,7 +55,10 @@ class RenderJob:
             wavelengths = plan_wavelengths(lights, measure.bands, disperses=plan.is_on("dispersion"))
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
-            self._integrator = self._mitsuba.load_dict(integrator_description(plan, scene))
+            self._integrator = self._mitsuba.load_dict(integrator_description(plan))
+            self._first_hit = FirstHit(
+                self._mitsuba, self._loaded.scene, self._loaded.hidden, self.scene.film.transparent
+            )
             names = list(self._loaded.switches) if measure.groups else [""]
             self._sums = {
                 name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
@@ -77,7 +81,7 @@ class RenderJob:
             for group, sums in self._sums.items():
                 if self._loaded.switches:
                     self._loaded.light_only(group)
-                for _ in sums.add(self._loaded.scene, self._integrator, samples):
+                for _ in sums.add(self._first_hit, self._integrator, samples):
                     if should_stop is not None and should_stop():
                         return False
         except Exception as error:
@@ -105,7 +109,7 @@ class RenderJob:
         return {name: sums.band_picture() for name, sums in self._sums.items()}
 
 
-def integrator_description(plan: EffectPlan, scene: Scene) -> dict[str, Any]:
+def integrator_description(plan: EffectPlan) -> dict[str, Any]:
     """Mitsuba's integrator for a plan: plain path tracing unless light passes through surfaces or media."""
     kind = "volpath" if plan.is_on("media") or plan.is_on("transparency") else "path"
     depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
@@ -113,7 +117,6 @@ def integrator_description(plan: EffectPlan, scene: Scene) -> dict[str, Any]:
         "type": kind,
         "max_depth": depth,
         "rr_depth": min(UNLIMITED_ROULETTE, depth),
-        "hide_emitters": bool(scene.film.transparent),
     }
 
 

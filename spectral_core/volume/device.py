@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.rules import StepGrid
+from spectral_core.volume.rules import EMPTY, StepGrid
 from spectral_core.volume.tables import TransferTable
 
 _PACKED_LIMIT = 1 << 28  # voxels; four bytes each
@@ -97,24 +97,23 @@ class DeviceVolume:
 
 
 class DeviceGrid:
-    """A step grid, read by ``at(p)``."""
+    """A step grid, read by ``at(p)``; ``low`` and ``high`` bound in index space what it shows."""
 
-    def __init__(self, types: Any, grid: StepGrid) -> None:
+    def __init__(self, types: Any, grid: StepGrid, shape: tuple[int, int, int]) -> None:
         self.types, self.grid = types, grid
-        counts = grid.values.shape[::-1]
+        counts = grid.words.shape[::-1]
+        self.low, self.high = (_opaque(types.Float, bound) for bound in grid.bounds(shape))
         self.edge = _opaque(types.Float, [float(grid.edge)])[0]
         self.inverse_edge = _opaque(types.Float, [1.0 / grid.edge])[0]
         self.shift = _opaque(types.Float, [0.5 if grid.centred else 0.0])[0]
         self.counts = _opaque(types.Float, counts)
         self.strides = _opaque(types.UInt32, (counts[0], counts[0] * counts[1]))
         self.longest = _opaque(types.Float, [min(grid.longest, 1e30)])[0]
-        if is_scalar(types):
-            self.values: Any = grid.values.ravel().tolist()
-        else:
-            self.values = types.Float(np.ascontiguousarray(grid.values).ravel())
+        flat = np.ascontiguousarray(grid.words).ravel()
+        self.words: Any = flat if is_scalar(types) else types.UInt32(flat)
 
     def at(self, p: Any, active: Any) -> tuple[Any, list[Any]]:
-        """(grid value, brick coordinates as floats) at index-space point ``p``."""
+        """(word, brick coordinates as floats) at index-space point ``p``."""
         import drjit as dr
 
         types = self.types
@@ -124,14 +123,27 @@ class DeviceGrid:
         b = [types.UInt32(c) for c in brick]
         index = b[0] + b[1] * self.strides[0] + b[2] * self.strides[1]
         if is_scalar(types):
-            return self.values[int(index)], brick
-        return dr.gather(types.Float, self.values, index, active), brick
+            return int(self.words[int(index)]), brick
+        return dr.gather(types.UInt32, self.words, index, active), brick
 
-    def leap(self, p: Any, inverse: Any, brick: list[Any], distance: Any) -> Any:
-        """Length along the ray to the face of the cube of bricks nearer than ``distance``; never less than 0.002."""
+    def relative_step(self, word: Any) -> Any:
+        """Step in voxels at scale 1; not above zero where the word is a leap."""
+        import drjit as dr
+
+        if is_scalar(self.types):
+            return float(np.uint32(word).view(np.float32)) if word < EMPTY else -1.0
+        return dr.reinterpret_array(self.types.Float, word)
+
+    def leap(self, p: list[Any], inverse: list[Any], brick: list[Any], word: Any) -> Any:
+        """Length along the ray to the end of the empty cube of bricks ahead; never less than 0.002."""
         import drjit as dr
 
         types = self.types
+        bits = types.UInt32(0)
+        for a in range(3):
+            bits += dr.select(inverse[a] > 0, types.UInt32(0), types.UInt32(3 << a))
+        level = types.Float((word >> bits) & 7)
+        distance = dr.fma(level * 0.5, level + 1.0, 1.0)
         length = types.Float(1e9)
         for a in range(3):
             face = dr.select(inverse[a] > 0, brick[a] + distance, brick[a] + 1.0 - distance) * self.edge - self.shift

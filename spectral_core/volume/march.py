@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
-from spectral_core.volume.rules import SHORTEST_STEP
+from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
 
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
@@ -90,19 +90,19 @@ class MarchInput:
         return [dr.fma(columns[c + k], weights[c], taken[c]) for c in range(k)], sum(taken[1:], taken[0])
 
 
-def clip_to_box(types: Any, volume: DeviceVolume, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
-    """The part of rays inside the field: from the later of ``begin`` (index units along) and the entry, to the exit.
+def clip_to_box(grid: DeviceGrid, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
+    """The part of rays where ``grid`` shows anything: from the later of ``begin`` (index units along) and the entry.
 
     ``point`` and ``along`` (unit) are lists of three; ``world`` as in Rays.
     """
     import drjit as dr
 
-    near, far, inverse = begin, types.Float(1e30), []
+    near, far, inverse = begin, grid.types.Float(1e30), []
     for a in range(3):
         d = along[a]
         safe = dr.select(dr.abs(d) < 1e-9, dr.select(d < 0, -1e-9, 1e-9), d)
         inv = dr.rcp(safe)
-        low, high = (-0.5 - point[a]) * inv, (volume.last[a] + 0.5 - point[a]) * inv
+        low, high = (grid.low[a] - point[a]) * inv, (grid.high[a] - point[a]) * inv
         near, far = dr.maximum(near, dr.minimum(low, high)), dr.minimum(far, dr.maximum(low, high))
         inverse.append(inv)
     length = dr.maximum(far - near, 0.0)
@@ -148,13 +148,13 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     types, table = data.volume.types, data.table
     s, seen = now["s"], now["T"]
     here = rays.at(s + 1e-3)
-    relative, brick = data.grid.at(here, True)
-    steps = relative > 0
-    step = relative * data.scale
+    word, brick = data.grid.at(here, True)
+    steps = word < int(EMPTY)
+    step = data.grid.relative_step(word) * data.scale
     if data.grid.grid.weighs_transmittance:
         step *= dr.rsqrt(dr.sqrt(dr.maximum(seen, 1e-6)))
     step = dr.minimum(dr.clip(step, SHORTEST_STEP, data.grid.longest), rays.length - s)
-    leap = data.grid.leap(here, rays.inverse, brick, -relative)
+    leap = data.grid.leap(here, rays.inverse, brick, word)
     after = dict(now)
     after["s"] = s + dr.select(steps, step, leap)
     # What float32 really added: steps much shorter than s are rounded, always the same way over many of them.

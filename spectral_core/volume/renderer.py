@@ -17,7 +17,7 @@ from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.gradient import gradient_magnitude
-from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Quadrature, clip_to_box, march
+from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Quadrature, Rays, clip_to_box, march
 from spectral_core.volume.rules import RangeTables, Rule, step_grid
 from spectral_core.volume.tables import TransferTable, tabulate
 from spectral_core.volume.transfer import TransferFunction
@@ -82,12 +82,13 @@ def combine(amounts: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArra
 class VolumeRenderer:
     """Renders one field; keeps on the device what does not change with view or transfer function.
 
-    ``backend`` is ``llvm`` (the processor) or ``cuda``. Raises MissingDependencyError where Dr.Jit is absent.
+    ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError where
+    Dr.Jit is absent.
     """
 
-    def __init__(self, volume: ScalarVolume, backend: str = "llvm") -> None:
+    def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
         self.volume = volume
-        self.types = array_types(backend)
+        self.types = array_types(backend) if isinstance(backend, str) else backend
         self.device_volume = DeviceVolume(self.types, volume)
         self._statistics: dict[str, BrickStatistics] = {}
         self._prepared: tuple[TransferFunction, PreparedTransfer] | None = None
@@ -150,13 +151,13 @@ class VolumeRenderer:
         import drjit as dr
 
         data = self.prepare(transfer).march_input(stepping, least_transmittance)
-        rays = self._rays(view, pixels)
+        rays = self._rays(view, pixels, data.grid)
         out = march(data, rays, counts=counts)
         channels = [*out.amounts, out.transmittance, *([out.samples, out.steps] if counts else [])]
         dr.eval(channels)
         return [channel.numpy() for channel in channels]
 
-    def _rays(self, view: View, pixels: tuple[Any, Any]) -> Any:
+    def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr
 
         types = self.types
@@ -167,7 +168,7 @@ class VolumeRenderer:
         length = dr.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
         per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) / length
         begin = -dr.opaque(types.Float, min(back, 1e15)) * length
-        return clip_to_box(types, self.device_volume, point, [a / length for a in along], per_index, begin)
+        return clip_to_box(grid, point, [a / length for a in along], per_index, begin)
 
 
 class PreparedTransfer:
@@ -190,7 +191,7 @@ class PreparedTransfer:
         """The step grid of ``rule`` on the device."""
         if rule not in self._grids:
             made = step_grid(rule, self.renderer.statistics(rule), self.ranges)
-            self._grids[rule] = DeviceGrid(self.renderer.types, made)
+            self._grids[rule] = DeviceGrid(self.renderer.types, made, self.renderer.volume.shape)
         return self._grids[rule]
 
     def march_input(self, stepping: Stepping, least_transmittance: float) -> MarchInput:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Step rules: one float per brick, for a field and a transfer function.
 
-A positive number is the relative step in voxels, to be multiplied by the step scale; a negative number -n says that
-this brick and all bricks nearer than n (in the chessboard metric) show nothing, so a ray may leap over them. All
-rules fill the same grid, and one march reads it, with one gather per step.
+A positive number is the relative step in voxels, to be multiplied by the step scale. Where a brick shows nothing, the
+sign bit is set and the others hold, in three bits for each octant of ray directions, how large a cube of bricks
+ahead is empty too (``LEAPS``), so a ray leaves a surface in one leap although the surface is near behind it. All rules
+fill the same grid, and one march reads it, with one gather per turn.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -22,12 +24,13 @@ Rule = Literal["uniform", "thesis", "error"]
 RULES: tuple[Rule, ...] = ("uniform", "thesis", "error")
 SHORTEST_STEP = 0.01  # voxels: the thesis' "hundred times the frequency of the data grid"
 _BINS = 512
-_LEAPS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+LEAPS = (1, 2, 4, 7, 11, 16, 22, 29)  # bricks: 1 + l(l+1)/2; each at most twice the one before
+EMPTY = np.uint32(1 << 31)
 
 
 @dataclass(frozen=True, eq=False)
 class StepGrid:
-    """Steps and leaps of one rule: ``values`` (bz, by, bx) as the module says, float32.
+    """Steps and leaps of one rule: ``words`` (bz, by, bx) as the module says, float32 or bits, as uint32.
 
     ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that), and
     ``weighs_transmittance`` says that the step grows as T^(-1/4) where light from further on hardly counts.
@@ -36,14 +39,31 @@ class StepGrid:
     rule: Rule
     edge: int
     centred: bool
-    values: NDArray[np.float32]
+    words: NDArray[np.uint32]
     longest: float
     weighs_transmittance: bool
 
     @property
     def occupied(self) -> float:
         """Share of bricks that show something."""
-        return float(np.mean(self.values > 0))
+        return float(np.mean(self.words < EMPTY))
+
+    def bounds(self, shape: tuple[int, int, int]) -> tuple[list[float], list[float]]:
+        """Index box (low, high), x first, of the bricks that show something in a field of ``shape`` voxels.
+
+        Empty (low above high) where nothing shows: rays then end before they begin.
+        """
+        filled = self.words < EMPTY
+        low, high = [], []
+        for axis, voxels in enumerate(shape):
+            others = tuple(a for a in range(3) if a != 2 - axis)
+            at = np.flatnonzero(filled.any(axis=others))
+            if not len(at):
+                return [1.0] * 3, [0.0] * 3
+            shift = 0.5 if self.centred else 0.0
+            low.append(-0.5 if at[0] == 0 else at[0] * self.edge - shift)
+            high.append(voxels - 0.5 if at[-1] == filled.shape[2 - axis] - 1 else (at[-1] + 1) * self.edge - shift)
+        return low, high
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +82,7 @@ class RangeTables:
     def shows(self) -> NDArray[np.bool_]:
         nodes = self.table.columns.sum(-1) > 0
         at = np.linspace(0, self.table.cells, _BINS + 1).astype(int)
-        filled = np.array([nodes[a : b + 1].any() for a, b in zip(at[:-1], at[1:], strict=True)])
+        filled = np.array([nodes[a : b + 1].any() for a, b in itertools.pairwise(at)])
         return _over_ranges(filled.astype(np.float64), np.maximum) > 0
 
     @cached_property
@@ -119,8 +139,8 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
         typical = float(np.median(rough[shows])) if shows.any() else 0.0
         floor = 1e-3 * typical or 1.0
         relative, longest = np.cbrt(max(typical, 1e-30) / np.maximum(rough, floor)), 3.0
-    values = np.where(shows, relative, -leap_distance(shows)).astype(np.float32)
-    return StepGrid(rule, edge, statistics.centred, values, longest, rule == "error")
+    words = np.where(shows, relative.astype(np.float32).view(np.uint32), leap_words(shows))
+    return StepGrid(rule, edge, statistics.centred, words, longest, rule == "error")
 
 
 def essential_frequency(table: TransferTable, energy: float = 0.99) -> float:
@@ -136,34 +156,34 @@ def essential_frequency(table: TransferTable, energy: float = 0.99) -> float:
     return max(index, 1) / (4 * len(curve) * step)
 
 
-def leap_distance(shows: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Per empty brick, n such that all bricks nearer than n in the chessboard metric are empty too; 0 where filled.
+def leap_words(shows: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Per brick of (bz, by, bx) the sign bit and, in bits 3o to 3o + 2, the level l of octant o.
 
-    From a short list of distances, since each costs three cheap passes: 1, 2, 3, 4, 6, 8, 12, 16, 24, 32.
+    Octant bits are 1, 2 and 4 for rays that run down x, y and z. Level l: the cube of ``LEAPS[l]`` bricks per axis
+    that starts with this brick and reaches ahead is empty (outside the grid counts as empty).
     """
-    empty = ~shows
-    distance = empty.astype(np.uint8)
-    reached = 1
-    for leap in _LEAPS[1:]:
-        # A cube of radius leap - 1 is the union of cubes of radius reached - 1, moved by up to the difference.
-        empty = _eroded(empty, leap - reached)
-        if not empty.any():
-            break
-        distance[empty] = leap
-        reached = leap
-    return distance.astype(np.float32)
+    words = np.full(shows.shape, EMPTY, np.uint32)
+    for octant in range(8):
+        empty, levels = (~shows).view(np.uint8), np.zeros(shows.shape, np.uint8)
+        for size, larger in itertools.pairwise(LEAPS):
+            for axis in range(3):
+                empty = _and_ahead(empty, larger - size, 2 - axis, bool(octant >> axis & 1))
+            if not empty.any():
+                break
+            levels += empty
+        words |= levels.astype(np.uint32) << np.uint32(3 * octant)
+    return words
 
 
-def _eroded(empty: NDArray[np.bool_], radius: int) -> NDArray[np.bool_]:
-    """Bricks whose neighbours at -radius, 0 and +radius along every axis are empty; outside the grid is empty."""
-    for axis in range(3):
-        moved = np.moveaxis(empty, axis, 0)
-        eroded = moved.copy()
-        if radius < len(moved):
-            eroded[radius:] &= moved[:-radius]
-            eroded[:-radius] &= moved[radius:]
-        empty = np.moveaxis(eroded, 0, axis)
-    return empty
+def _and_ahead(empty: NDArray[np.uint8], shift: int, axis: int, down: bool) -> NDArray[np.uint8]:
+    """``empty`` and itself ``shift`` bricks further along ``axis`` (back, if ``down``); outside counts as empty."""
+    both = empty.copy()
+    if shift < empty.shape[axis]:
+        near, far = [slice(None)] * 3, [slice(None)] * 3
+        near[axis], far[axis] = slice(None, -shift), slice(shift, None)
+        here, there = (far, near) if down else (near, far)
+        np.bitwise_and(empty[tuple(here)], empty[tuple(there)], out=both[tuple(here)])
+    return both
 
 
 def _over_ranges(per_bin: NDArray[np.float64], pick: np.ufunc) -> NDArray[np.float64]:

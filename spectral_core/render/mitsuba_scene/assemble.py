@@ -22,11 +22,13 @@ _PLAIN = Material("", Diffuse())
 class LoadedScene:
     """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
 
-    ``switches``: per light group what turns it on and off, where that was asked for.
+    ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
+    where that was asked for.
     """
 
     scene: Any
     notes: tuple[Note, ...]
+    hidden: tuple[Any, ...]
     switches: dict[str, list[Callable[[bool], None]]]
 
     def light_only(self, group: str) -> None:
@@ -46,13 +48,16 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
         for shape_number, shape in enumerate(shapes.of(instance)):
             description[f"shape_{number:06d}_{shape_number:03d}"] = shape
     sphere = _bounding_sphere(scene, parts)
+    hidden = []
     for number, item in enumerate(scene.lights):
         for object_number, entry in enumerate(light.light_objects(context, item, sphere)):
             description[f"light_{number:06d}_{object_number}"] = entry
+            if isinstance(entry, mitsuba.Shape) and not item.camera_visible:
+                hidden.append(entry)
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
-    return LoadedScene(context.load(description), tuple(context.notes), context.switches or {})
+    return LoadedScene(context.load(description), tuple(context.notes), tuple(hidden), context.switches or {})
 
 
 class _Shapes:

@@ -40,7 +40,7 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
         return []
     if isinstance(light, AreaLight):
         return _area(context, light, color)
-    intensity = light.power_w / (4 * np.pi**2)
+    intensity = light.power_w / (4 * np.pi)
     if isinstance(light, SpotLight):
         return [_spot(context, light, color, intensity)]
     return [_point(context, light, color, intensity)]
@@ -52,32 +52,43 @@ def _point(context: Context, light: PointLight, color: Color | Spectrum, intensi
         return context.load(
             {"type": "point", "position": center, "intensity": _emitted(context, light, color, intensity)}
         )
-    radiance = intensity / (np.pi * light.radius**2)
+    return _ball(context, light, color, intensity)
+
+
+def _ball(
+    context: Context, light: PointLight | SpotLight, color: Color | Spectrum, intensity: float, **cone: Any
+) -> Any:
+    emitter: dict[str, Any] = {
+        "type": "blender_ball",
+        "center": context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3]),
+        "softening": float(light.radius) if light.soft_falloff else 0.0,
+        "radiance": _emitted(context, light, color, intensity / (np.pi * light.radius**2)),
+        **cone,
+    }
     return context.load(
         {
             "type": "sphere",
-            "center": center,
+            "center": [float(value) for value in light.world_from_light[:3, 3]],
             "radius": float(light.radius),
             "bsdf": {"type": "null"},
-            "emitter": {"type": "area", "radiance": _emitted(context, light, color, radiance)},
+            "emitter": emitter,
         }
     )
 
 
 def _spot(context: Context, light: SpotLight, color: Color | Spectrum, intensity: float) -> Any:
-    to_world = light.world_from_light.copy()
-    lengths = np.linalg.norm(to_world[:3, :3], axis=0)
-    to_world[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
-    return context.load(
-        {
-            "type": "blender_spot",
-            "to_world": context.mitsuba.ScalarTransform4f(to_world),
-            "intensity": _emitted(context, light, color, intensity),
-            "radius": float(light.radius),
-            "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
-            "blend": float(light.blend),
-        }
-    )
+    mi = context.mitsuba
+    axis = -light.world_from_light[:3, 2]
+    cone = {
+        "axis": mi.ScalarVector3f(axis / max(float(np.linalg.norm(axis)), 1e-30)),
+        "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
+        "blend": float(light.blend),
+    }
+    if light.radius > 0:
+        return _ball(context, light, color, intensity, **cone)
+    center = mi.ScalarPoint3f(light.world_from_light[:3, 3])
+    emitted = _emitted(context, light, color, intensity)
+    return context.load({"type": "blender_spot", "center": center, "intensity": emitted, **cone})
 
 
 def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_sphere: tuple[Array, float]) -> list[Any]:
@@ -199,10 +210,12 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
         }
     )
     if context.switches is not None:
+        import drjit
+
         parameters = mi.traverse(emitter)
 
         def switch(on: bool) -> None:
-            parameters["scale"] = mi.Float(scale if on else 0.0)
+            parameters["scale"] = drjit.opaque(mi.Float, scale if on else 0.0)
             parameters.update()
 
         context.switches.setdefault(world.group, []).append(switch)

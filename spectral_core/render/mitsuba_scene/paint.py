@@ -178,7 +178,8 @@ def _bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32]
     return context.load(
         {
             "type": "bitmap",
-            "data": mi.TensorXf(np.ascontiguousarray(pixels, dtype=np.float32)),
+            # as a Bitmap, not as a tensor: only that is upsampled to spectra where transport is spectral
+            "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
             "raw": pixels.shape[2] == 1 or not context.spectral,
             "wrap_mode": wrap,
             "filter_type": "bilinear" if texture.interpolation == "linear" else "nearest",

@@ -7,7 +7,14 @@ A plugin's class derives from a class of the active variant, so each module here
 
 from __future__ import annotations
 
+from typing import Any
+
 _registered: set[str] = set()
+
+
+def opaque_number(mi: Any, dr: Any, value: float) -> Any:
+    """A number that kernels read instead of knowing, so that another value needs no new kernel."""
+    return float(value) if mi.variant().startswith("scalar") else dr.opaque(mi.Float, float(value))
 
 
 def register(variant: str) -> None:

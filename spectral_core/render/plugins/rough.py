@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-from spectral_core.render.plugins import albedo
+from spectral_core.render.plugins import albedo, opaque_number
 from spectral_core.render.plugins.microfacet import AlbedoTable, KeptEnergy, Microfacets
 
 COAT_IOR = 1.5
@@ -13,6 +14,7 @@ COAT_IOR = 1.5
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the BSDFs for the active variant."""
+    number = partial(opaque_number, mi, dr)
 
     class BothSides(mi.BSDF):
         """A reflecting BSDF that only knows its upper side: everything is turned there first."""
@@ -84,10 +86,12 @@ def register(mi: Any, dr: Any) -> None:
             self.m_components = [int(flags)]
             self.m_flags = int(flags)
             self.base_color, self.metallic = properties["base_color"], properties["metallic"]
-            self.roughness, self.ior = properties["roughness"], float(properties["ior"])
-            self.coat_weight, self.coat_roughness = properties["coat_weight"], properties["coat_roughness"]
-            self.has_specular = abs(self.ior - 1.0) > 1e-4
-            self.specular_albedo = self.layer_albedo(self.ior)
+            self.roughness, ior = properties["roughness"], float(properties["ior"])
+            self.ior, self.ior_fresnel = number(ior), number(self.average_fresnel(ior))
+            self.has_coat, self.has_specular = properties["coat_weight"] > 0, abs(ior - 1.0) > 1e-4
+            self.coat_weight = number(properties["coat_weight"])
+            self.coat_roughness = number(properties["coat_roughness"])
+            self.specular_albedo = self.layer_albedo(ior)
             self.coat_albedo = self.layer_albedo(COAT_IOR)
 
         def layer_albedo(self, ior: float) -> Any:
@@ -143,11 +147,11 @@ def register(mi: Any, dr: Any) -> None:
             value = metallic * metal * mirror
             value += (1.0 - metallic) * (1.0 - specular) * color * lambert
             if self.has_specular:
-                kept = self.kept_energy(roughness, wi.z, mi.Float(self.average_fresnel(self.ior)))
+                kept = self.kept_energy(roughness, wi.z, mi.Float(self.ior_fresnel))
                 value += (1.0 - metallic) * mi.fresnel(facing, self.ior)[0] * kept * mirror
             value *= below_coat
             density = (chances[1] + chances[2]) * mirror_density + chances[3] * lambert
-            if self.coat_weight > 0:
+            if self.has_coat:
                 coat_roughness = mi.Float(self.coat_roughness)
                 coat, coat_density, facing = Microfacets(mi, dr, coat_roughness).reflection(wi, wo)
                 kept = self.kept_energy(coat_roughness, wi.z, mi.Float(self.average_fresnel(COAT_IOR)))

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins import opaque_number
+
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the textures for the active variant."""
@@ -14,7 +16,7 @@ def register(mi: Any, dr: Any) -> None:
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
-            self.scale = properties.get("scale", 1.0)
+            self.scale = opaque_number(mi, dr, properties.get("scale", 1.0))
 
         def is_spatially_varying(self) -> bool:
             return True
