@@ -197,9 +197,9 @@ def _packed(data: NDArray[np.uint8]) -> NDArray[np.uint32]:
     packed = data.astype(np.uint32)
     y = np.minimum(np.arange(data.shape[1]) + 1, data.shape[1] - 1)
     z = np.minimum(np.arange(data.shape[0]) + 1, data.shape[0] - 1)
-    packed |= data[:, y].astype(np.uint32) << 8
-    packed |= data[z].astype(np.uint32) << 16
-    packed |= data[z][:, y].astype(np.uint32) << 24
+    packed |= data[:, y].astype(np.uint32) << np.uint32(8)
+    packed |= data[z].astype(np.uint32) << np.uint32(16)
+    packed |= data[z][:, y].astype(np.uint32) << np.uint32(24)
     return packed
 
 

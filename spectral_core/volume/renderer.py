@@ -131,8 +131,8 @@ class VolumeRenderer:
         seconds = time.perf_counter() - start
         k = len(transfer.materials)
         flat = np.stack(channels[: k + 1], axis=-1).reshape(view.height, view.width, k + 1)
-        numbers = [int(c.sum(dtype=np.int64)) for c in channels[k + 1 :]] or [None, None]
-        return VolumeImage(transfer, stepping, flat[..., :k], flat[..., k], seconds, numbers[0], numbers[1])
+        samples, steps = (int(c.sum(dtype=np.int64)) for c in channels[k + 1 :]) if counts else (None, None)
+        return VolumeImage(transfer, stepping, flat[..., :k], flat[..., k], seconds, samples, steps)
 
     def trace(
         self,

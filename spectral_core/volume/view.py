@@ -48,8 +48,8 @@ class View:
         side = np.cross(frozen_array("up", up, (3,)), ahead)
         if not np.linalg.norm(ahead) or np.linalg.norm(side) < 1e-9 * np.linalg.norm(ahead):
             raise InvalidInputError(
-                f"a view from {start.tolist()} with up {list(up)} has no sideways; choose another up"
-            )  # type: ignore[arg-type]
+                f"a view from {start.tolist()} along its up {up} has no sideways; choose another up"
+            )
         ahead, side = ahead / np.linalg.norm(ahead), side / np.linalg.norm(side)
         matrix = np.eye(4)
         matrix[:3, :4] = np.stack([side, np.cross(ahead, side), ahead, start], axis=1)
