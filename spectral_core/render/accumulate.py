@@ -164,8 +164,11 @@ class Accumulator:
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
         if first_hit.transparent:
             passed, behind = first_hit.straight_through(ray)
-        seen = dr.min(passed) < 1.0
-        radiance, _, _ = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        # volumes stand before whatever the walk has met; their first extra channel is what they let through
+        has_volumes = bool(integrator.aov_names())
+        seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        passed = passed * extra[0] if has_volumes else passed
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
         return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed)

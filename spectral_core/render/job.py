@@ -18,6 +18,7 @@ from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_lumi
 from spectral_core.render.plan import EffectPlan
 from spectral_core.render.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
+from spectral_core.render.volumes import volume_integrator
 from spectral_core.render.wavelengths import Bands, plan_wavelengths
 from spectral_core.scene import Color, Note, Scene
 from spectral_core.spectrum import Spectrum
@@ -60,7 +61,7 @@ class RenderJob:
             )
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
-            self._integrator = self._mitsuba.load_dict(integrator_description(plan))
+            self._integrators = self._load_integrators(groups=measure.groups)
             self._first_hit = FirstHit(
                 self._mitsuba, self._loaded.scene, self._loaded.hidden, self.scene.film.transparent
             )
@@ -75,6 +76,21 @@ class RenderJob:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
         self.notes = tuple(Note("Renderer", text) for text in backend.notes) + self._loaded.notes
 
+    def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
+        """By light group; the same one for all but where volumes have light of their own: the first group has it."""
+        surface = integrator_description(self.plan)
+        names = (list(self._loaded.switches) if groups else []) or [""]
+        if not self.scene.volumes:
+            return dict.fromkeys(names, self._mitsuba.load_dict(surface))
+
+        def load(own_light: bool) -> Any:
+            return volume_integrator(
+                self._mitsuba, self.scene, surface, spectral=self.plan.is_spectral, own_light=own_light
+            )
+
+        first, *others = names
+        return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
+
     @property
     def samples(self) -> int:
         """Samples per pixel so far."""
@@ -86,7 +102,7 @@ class RenderJob:
             for group, sums in self._sums.items():
                 if self._loaded.switches:
                     self._loaded.light_only(group)
-                for _ in sums.add(self._first_hit, self._integrator, samples):
+                for _ in sums.add(self._first_hit, self._integrators[group], samples):
                     if should_stop is not None and should_stop():
                         return False
         except Exception as error:

@@ -99,13 +99,16 @@ class _Shapes:
 
 
 def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh and the camera."""
+    """Center and radius around every placed mesh, every volume and the camera."""
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
         for part in parts[instance.mesh].values():
             low, high = part.positions.min(axis=0), part.positions.max(axis=0)
             corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+    for volume in scene.volumes:
+        corners = np.array(np.meshgrid(*((-0.5, n - 0.5) for n in volume.data.shape))).reshape(3, 8).T
+        points.append(corners @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3])
     everything = np.concatenate(points)
     low, high = everything.min(axis=0), everything.max(axis=0)
     return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
