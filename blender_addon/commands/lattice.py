@@ -23,7 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--low", type=float, nargs="+", metavar="X", help="lower ends of the ranges (default 0)")
     parser.add_argument("--high", type=float, nargs="+", metavar="X", help="upper ends of the ranges (default 1)")
     shape = parser.add_mutually_exclusive_group()
-    shape.add_argument("--ball", type=float, metavar="P", help="the p-norm ball in the ranges instead of their box, P >= 1")
+    shape.add_argument(
+        "--ball", type=float, metavar="P", help="the p-norm ball in the ranges instead of their box, P >= 1"
+    )
     shape.add_argument("--simplex", action="store_true", help="x >= 0 with sum at most 1 instead of a box")
     parser.add_argument("--refine", type=int, default=0, metavar="K", help="add K finer levels; no point moves")
     parser.add_argument("--latin", action="store_true", help="move the points of a box to perfect 1D projections")
@@ -75,7 +77,9 @@ def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     for name, given, default in (("low", arguments.low, 0.0), ("high", arguments.high, 1.0)):
         values = np.array([default] if given is None else given)
         if len(values) not in (1, arguments.dims):
-            raise InvalidInputError(f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})")
+            raise InvalidInputError(
+                f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})"
+            )
         ends.append(np.broadcast_to(values, (max(arguments.dims, 0),)).copy())
     return ends[0], ends[1]
 
@@ -95,7 +99,9 @@ def _latinized(region: Any, points: np.ndarray, low: np.ndarray, high: np.ndarra
     from spectral_core.lattice import latinized
 
     if region.box_limits is None:
-        raise InvalidInputError("--latin moves values to equal ranks, which only a box keeps; leave out --ball and --simplex")
+        raise InvalidInputError(
+            "--latin moves values to equal ranks, which only a box keeps; leave out --ball and --simplex"
+        )
     return latinized(points, low, high)
 
 

@@ -60,7 +60,9 @@ def _nested(plt: Any, rate: int) -> Any:
     for axis, lattice in zip(axes, lattices, strict=True):
         _nested_cells(axis, lattice)
         angle = np.degrees(lattice.polynomial.angles[0])
-        axis.set_title(f"{lattice.lattice_class}\nturn {angle:.1f}°, ρ = {packing(lattice.generator)[0]:.3f}", fontsize=9)
+        axis.set_title(
+            f"{lattice.lattice_class}\nturn {angle:.1f}°, ρ = {packing(lattice.generator)[0]:.3f}", fontsize=9
+        )
     figure.suptitle(f"All lattices of the plane that rotate into themselves at rate {rate}", fontsize=11)
     return figure
 
@@ -130,7 +132,10 @@ def _radii(plt: Any, rate: int) -> Any:
     axis.plot(*zip(*known, strict=True), color=INK, marker="s", markersize=4, label="densest known")
     for number, one in enumerate((2, 3)):
         best = [packing(make_lattice(int(n), one, criterion="packing").generator)[0] for n in dimensions]
-        plain = [max(packing(each.generator)[0] for each in all_lattices(int(n), one) if each.lattice_class.index == 0) for n in dimensions]
+        plain = [
+            max(packing(each.generator)[0] for each in all_lattices(int(n), one) if each.lattice_class.index == 0)
+            for n in dimensions
+        ]
         axis.plot(dimensions, best, color=ACCENTS[number], marker="o", label=f"rate {one}, optimised scales")
         axis.plot(dimensions, plain, color=ACCENTS[number], marker=".", linestyle="--", label=f"rate {one}, S = I")
     axis.set(xlabel="dimensions n", ylabel="packing radius at unit density")
