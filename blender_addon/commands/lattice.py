@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     points = progressive.points
     if arguments.latin:
         points = _latinized(region, points, low, high)
-    report = _report(chosen, points, low, high)
+    report = _report(chosen, points, region)
     if arguments.out is not None:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
         np.savetxt(arguments.out, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
@@ -105,8 +105,8 @@ def _latinized(region: Any, points: np.ndarray, low: np.ndarray, high: np.ndarra
     return latinized(points, low, high)
 
 
-def _report(chosen: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> dict[str, Any]:
-    """Figures of the lattice and, for two points or more, of the points in the unit cube of their ranges."""
+def _report(chosen: Any, points: np.ndarray, region: Any) -> dict[str, Any]:
+    """Figures of the lattice and, for two points or more in a box, of the points in the unit cube of their ranges."""
     from spectral_core import lattice
 
     merit = lattice.figures_of_merit(chosen.generator, samples=8192)
@@ -121,7 +121,8 @@ def _report(chosen: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) 
         "density": merit.density,
         "faces": merit.face_counts,
     }
-    if len(points) >= 2:
+    if len(points) >= 2 and region.box_limits is not None:
+        low, high = region.box_limits
         report["evenness"] = asdict(lattice.evenness((points - low) / (high - low)))
     return report
 
