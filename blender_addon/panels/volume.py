@@ -142,9 +142,9 @@ def _draw_curve_of(layout, data, entry, which: str, title: str, *, strength: str
 
 
 class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
-    """How finely the volume is sampled"""
+    """How finely the volume is sampled, and how it is lit"""
 
-    bl_label = "Steps and Quality"
+    bl_label = "Quality and Light"
     bl_parent_id = "SPECTRAL_PT_volume"
 
     def draw(self, context):
@@ -154,6 +154,7 @@ class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
         layout.active = settings.enabled
         layout.prop(settings, "quality_db", text="Quality (dB)")
         layout.prop(settings, "rule")
+        layout.prop(settings, "lighting")
 
 
 class SPECTRAL_PT_volume_source(_VolumePanel, bpy.types.Panel):

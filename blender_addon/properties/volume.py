@@ -26,6 +26,11 @@ RULES = [
     ("thesis", "Sampling Theorem", "Steps from the local band limit, as the thesis derives it (Eq. 4.14)", 2),
     ("error", "Even Error", "Steps that spread the error evenly over the ray", 3),
 ]
+LIGHTING = [
+    ("even", "Even", "White light from everywhere: each material shows its color, and data are read most easily", 0),
+    ("scene", "Scene", "The scene's lights, with shading by the gradient of the data", 1),
+    ("shadows", "Scene, Shadows", "The scene's lights with shadows, to and from surfaces; slower", 2),
+]
 RANGE_KEY = "spectral_range"
 """Least and greatest data value, kept as double precision on the data-block itself."""
 CURVES = ("density", "emission", "gradient")
@@ -83,6 +88,10 @@ class SpectralVolume(bpy.types.PropertyGroup):
     rule: EnumProperty(
         name="Steps", update=_changed, items=RULES, default="auto", description="How the steps along a ray are chosen"
     )
+    lighting: EnumProperty(
+        name="Lighting", items=LIGHTING, default="scene", update=_changed,
+        description="How materials that are lit get their light. Of several volumes the most thorough counts for all",
+    )  # fmt: skip
     quality_db: FloatProperty(
         name="Quality", update=_changed, default=50.0, min=20.0, max=90.0, subtype="NONE", precision=0,
         description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 past what screens show",

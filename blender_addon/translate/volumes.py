@@ -47,6 +47,7 @@ def translate_volume(found: Collected, thing: Any, instance: Any) -> None:
             transfer,
             rule=settings.rule,
             quality=settings.quality_db,
+            options={"lighting": settings.lighting},
         )
     )
 

@@ -9,13 +9,17 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def _extension():
+    """The extension, enabled here unless another folder's tests have it enabled for the whole session."""
     import blender_addon
 
-    blender_addon.register()
+    mine = not hasattr(bpy.types.Scene, "spectral")
+    if mine:
+        blender_addon.register()
     yield
-    blender_addon.unregister()
+    if mine:
+        blender_addon.unregister()
 
 
 @pytest.fixture
