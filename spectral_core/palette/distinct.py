@@ -27,8 +27,7 @@ from spectral_core.checks import require_range
 from spectral_core.color import lab_jacobian_from_linear_rgb
 from spectral_core.palette.distinct_cells import DistinctCells, distinct_cells, least_difference
 from spectral_core.palette.distinct_step import Step, StepAnswer, solve_step
-from spectral_core.palette.least_squares import LinkedLeastSquares
-from spectral_core.palette.optimality import Check
+from spectral_core.palette.least_squares import Check, LinkedLeastSquares
 from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.phase_solve import PhaseAnswer
 from spectral_core.palette.problem import PaletteProblem

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import MissingDependencyError, UnknownNameError
-from spectral_core.palette.optimality import Check
+from spectral_core.palette.least_squares import Check
 
 Array = NDArray[np.float64]
 

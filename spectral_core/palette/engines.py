@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.palette.least_squares import RIDGE, LinkedLeastSquares, dense_equalities, dense_rows
-from spectral_core.palette.optimality import Check, checked
+from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, dense_equalities, dense_rows
+from spectral_core.palette.optimality import checked
 from spectral_core.palette.polish import polished
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import SolveError
 from spectral_core.palette.compiled import Known, WishArrays, compiled, recompiled_row, smoothness_gram
-from spectral_core.palette.optimality import Check
+from spectral_core.palette.least_squares import Check
 from spectral_core.palette.phase import COLOR_NORM, Side
 from spectral_core.palette.phase_solve import PhaseAnswer
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem

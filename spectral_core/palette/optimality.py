@@ -3,49 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.least_squares import LinkedLeastSquares
+from spectral_core.palette.least_squares import Check, LinkedLeastSquares
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """How well an answer satisfies the conditions of optimality. All in the units of x, but ``equality`` (rows)."""
-
-    kkt: float
-    bounds: float
-    equality: float
-    gap: float = 0.0
-    """Bound on how much the sum of squares could still fall, by its slope towards the bounds."""
-
-    SHARP = 1e-13
-    """Gap at which colors are right to about 1e-7 even where a light shows some of them only faintly."""
-    LIMIT = 1e-6
-    """Largest scaled KKT residual and equality error of an answer that is believed."""
-    GOAL = 1e-7
-    """At which no other engine is tried."""
-    BOUND_LIMIT = 1e-9
-    """Largest distance outside the bounds."""
-
-    @property
-    def passed(self) -> bool:
-        """Whether the answer may be called right."""
-        return self.kkt <= self.LIMIT and self.bounds <= self.BOUND_LIMIT and self.equality <= self.LIMIT
-
-    @property
-    def good(self) -> bool:
-        """Whether it passed with room to spare."""
-        return self.passed and self.worst <= self.GOAL
-
-    @property
-    def worst(self) -> float:
-        """One number to compare two answers by."""
-        return max(self.kkt, self.bounds, self.equality)
 
 
 def checked(problem: LinkedLeastSquares, x: Array, multipliers: Array | None = None) -> Check:

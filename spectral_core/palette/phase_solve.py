@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.engines import Answer, solve_checked
-from spectral_core.palette.least_squares import LinkedLeastSquares
-from spectral_core.palette.optimality import Check
+from spectral_core.palette.least_squares import Check, LinkedLeastSquares
 from spectral_core.palette.tied import can_tie
 
 Array = NDArray[np.float64]

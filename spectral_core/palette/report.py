@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
-from spectral_core.palette.optimality import Check
+from spectral_core.palette.least_squares import Check
 from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus

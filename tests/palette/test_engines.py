@@ -16,7 +16,8 @@ from spectral_core.palette import Cell, solve_palette
 from spectral_core.palette.compiled import Known, WishArrays, compiled
 from spectral_core.palette.engines import ENGINES, solve_bvls, solve_checked
 from spectral_core.palette.general import reflectances_by_cvxpy
-from spectral_core.palette.optimality import Check, checked
+from spectral_core.palette.least_squares import Check
+from spectral_core.palette.optimality import checked
 from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.phase_solve import solve_phase
 from spectral_core.palette.presets import hidden_mark
