@@ -2,7 +2,7 @@
 """Design the spectra of a palette file, or of a preset, and write spectra, swatches and errors.
 
 Writes into the output folder: solution.json (everything), lights.csv and reflectances.csv (spectra), swatches.gpl and
-swatches.ase, and palette.png (a row per reflectance, a column per light; the wanted color inside the color that came out).
+swatches.ase, and palette.png (a row per reflectance, a column per light; the wanted color inside the actual one).
 Exits with 1 where the answer is not to be relied on: exact wishes that conflict, a light that no eye sees, or no solver
 that passed its check. Files are written all the same.
 """

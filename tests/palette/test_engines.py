@@ -104,6 +104,7 @@ def test_a_wrong_answer_fails_its_check(rng):
 def test_a_failing_engine_is_replaced_and_that_is_said(rng, monkeypatch):
     monkeypatch.setitem(ENGINES, "tied", lambda problem, start=None: (np.full(problem.size, 0.3), None, False))
     monkeypatch.setattr("spectral_core.palette.engines.polished", lambda problem, x: (x, checked(problem, x)))
+    monkeypatch.setattr("spectral_core.palette.live.LiveSolver.half_round", lambda *given: None)
     solution = solve_palette(coupled_palette(SIZE, rng))
     assert solution.engines == ("piqp",)
     assert solution.status.trusted
@@ -114,6 +115,7 @@ def test_nothing_is_called_solved_when_every_engine_lies(rng, monkeypatch):
     for name in list(ENGINES):
         monkeypatch.setitem(ENGINES, name, lambda problem, start=None: (np.full(problem.size, 0.3), None, False))
     monkeypatch.setattr("spectral_core.palette.engines.polished", lambda problem, x: (x, checked(problem, x)))
+    monkeypatch.setattr("spectral_core.palette.live.LiveSolver.half_round", lambda *given: None)
     solution = solve_palette(coupled_palette(SIZE, rng), explain=False)
     assert solution.status == "inaccurate"
     assert "do not rely on it" in solution.remedy
