@@ -11,7 +11,7 @@ import pytest
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.presets import hidden_mark, split_light
+from spectral_core.palette.presets import hidden_mark, most_distinct, split_light
 from spectral_core.palette.session import PaletteSession
 from spectral_core.palette.wishes import compiled_wishes
 
@@ -114,3 +114,10 @@ def test_an_edit_outside_the_table_is_refused():
     session = PaletteSession(hidden_mark())
     with pytest.raises(InvalidInputError, match="outside the table of 2×2"):
         session.edit((0, 7), Cell.ignore())
+
+
+def test_distinct_cells_stay_distinct_while_others_are_edited():
+    session = PaletteSession(most_distinct(3, color=(0.25, 0.25, 0.25)))
+    answer = session.edit((0, 0), Cell.fixed((0.27, 0.25, 0.25), exact=True))
+    assert answer.trusted
+    assert session.solution().residuals["least_delta_e_2000"] > 20
