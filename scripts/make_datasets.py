@@ -43,6 +43,21 @@ def main() -> None:
     write("illuminants.csv", kept, "CIE illuminants and measured lamps, as colour-science holds them (BSD-3-Clause)")
     patches = {name: as_column(sd) for name, sd in colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"].items()}
     write("reflectances.csv", patches, "Color checker, N. Ohta 1997, as colour-science holds it (BSD-3-Clause)")
+    write_natural_components()
+
+
+def write_natural_components(count: int = 24) -> None:
+    """Principal components of the CIE 224:2017 materials (not centred), scaled to carry their second moments."""
+    from colour.quality.cfi2017 import load_TCS_CIE2017
+
+    materials = load_TCS_CIE2017(colour.SpectralShape(380, 780, 5))
+    _, lengths, directions = np.linalg.svd(materials.values.T, full_matrices=False)
+    components = np.round(directions[:count].T * lengths[:count] / np.sqrt(materials.values.shape[1]), 8)
+    columns = {
+        f"component {index + 1}": dict(zip(materials.wavelengths.tolist(), column.tolist(), strict=True))
+        for index, column in enumerate(components.T)
+    }
+    write("natural_components.csv", columns, "second moments of the 99 materials of CIE 224:2017 (colour-science, BSD)")
 
 
 if __name__ == "__main__":

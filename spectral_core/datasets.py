@@ -94,3 +94,12 @@ def blackbody(temperature_k: float, grid: SpectralGrid | None = None) -> Illumin
 
     values = relative(grid.wavelengths_nm) / relative(np.array([560.0]))
     return Illuminant(f"blackbody {kelvin:g}", grid, values, source="Planck's law")
+
+
+def natural_reflectance_components() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Wavelengths (n,) in nm, and spectra (k, n) with the second moments of measured surfaces: Σ kᵀk = mean of SᵀS.
+
+    Statistics of the 99 materials of CIE 224:2017, for interpolations and priors; they are no surfaces themselves.
+    """
+    values = _table("natural_components.csv")[1]
+    return values[:, 0], values[:, 1:].T.copy()

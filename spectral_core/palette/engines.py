@@ -15,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.palette.least_squares import Check, LinkedLeastSquares, checked
+from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, checked, dense_equalities, dense_rows
+from spectral_core.palette.polish import polished
 
 Array = NDArray[np.float64]
-
-RIDGE = 1e-10
-"""Added to the diagonal of MᵀM, relative to its mean: makes problems without smoothness unique for daqp."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,23 +35,24 @@ class Answer:
 
 
 RawAnswer = tuple[Array, Array | None, bool]
-"""x, multipliers of the equalities or None, whether the engine claims infeasibility."""
+"""x, multipliers of the equalities or None, whether the engine claims infeasibility.
+
+``start`` of an engine: free colors (G, 3) of an earlier answer to a like problem.
+"""
 
 
 def solve_daqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
     """Dense dual active set on the normal equations."""
     import daqp
 
-    matrix, target = problem.rows
-    dense = matrix.toarray()
+    dense, target = dense_rows(problem)
     hessian = dense.T @ dense
     hessian[np.diag_indices_from(hessian)] += RIDGE * max(np.trace(hessian) / problem.size, 1e-12)
-    equality, equality_target = problem.equalities
-    count = equality.shape[0]
+    rows, equality_target = dense_equalities(problem)
+    count = rows.shape[0]
     upper = np.concatenate([problem.upper, equality_target])
     lower = np.concatenate([problem.lower, equality_target])
     sense = np.concatenate([np.zeros(problem.size), np.full(count, 5)]).astype(np.int32)
-    rows = np.ascontiguousarray(equality.toarray())
     bounds = np.clip(upper, -1e30, 1e30), np.clip(lower, -1e30, 1e30)
     x, _, flag, info = daqp.solve(
         hessian,
@@ -91,17 +90,29 @@ def solve_piqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
     return x, duals, status == piqp.PIQP_PRIMAL_INFEASIBLE
 
 
+def solve_tied(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
+    """Newton on the free colors, daqp on each spectrum (module ``tied``); what ``can_tie`` says."""
+    from spectral_core.palette.tied import TiedSolver, tied_from_links
+
+    quadratics = tied_from_links(problem)
+    everything = np.arange(len(problem.blocks))
+    solver = TiedSolver(*quadratics.linear.shape)
+    if start is not None and start.size == quadratics.color_linear.size:
+        solver.begin_at(np.clip(start.ravel(), *quadratics.color_bounds))
+    values, colors = solver.solve(quadratics, everything, everything)
+    return np.concatenate([colors, values.ravel()]), None, False
+
+
 def solve_bvls(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
     """scipy's bounded-variable least squares; refuses equalities."""
     from scipy.optimize import lsq_linear
 
-    matrix, target = problem.rows
-    if problem.equalities[0].shape[0]:
+    dense, target = dense_rows(problem)
+    if problem.has_equalities:
         raise InvalidInputError("the engine bvls knows no equalities; use piqp for exact cells")
-    ridge = np.sqrt(RIDGE * max(float(matrix.multiply(matrix).sum()) / problem.size, 1e-12))
-    dense = np.vstack([matrix.toarray(), ridge * np.eye(problem.size)])
+    ridge = np.sqrt(RIDGE * max(float(np.sum(dense**2)) / problem.size, 1e-12))
     result = lsq_linear(
-        dense,
+        np.vstack([dense, ridge * np.eye(problem.size)]),
         np.concatenate([target, np.zeros(problem.size)]),
         (problem.lower, problem.upper),
         method="bvls",
@@ -112,49 +123,11 @@ def solve_bvls(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
 
 
 ENGINES: dict[str, Callable[[LinkedLeastSquares, Array | None], RawAnswer]] = {
+    "tied": solve_tied,
     "daqp": solve_daqp,
     "piqp": solve_piqp,
     "bvls": solve_bvls,
 }
-
-
-def polished(problem: LinkedLeastSquares, x: Array, rounds: int = 20) -> Array:
-    """The exact minimum on the face of the bounds that ``x`` lies near; a few faces are tried."""
-    matrix, target = problem.rows
-    dense, (equality, equality_target) = matrix.toarray(), problem.equalities
-    rows = equality.toarray()
-    at_lower, at_upper = x <= problem.lower + 1e-7, x >= problem.upper - 1e-7
-    best = np.clip(x, problem.lower, problem.upper)
-    best_check = checked(problem, best)
-    for _ in range(rounds):
-        trial = np.where(at_lower, problem.lower, np.where(at_upper, problem.upper, 0.0))
-        free = ~(at_lower | at_upper)
-        gap, gap_exact = target - dense @ trial, equality_target - rows @ trial
-        trial[free] = _equality_least_squares(dense[:, free], gap, rows[:, free], gap_exact)
-        inside = np.clip(trial, problem.lower, problem.upper)
-        check = checked(problem, inside)
-        if check.worst < best_check.worst:
-            best, best_check = inside, check
-        gradient = problem.gradient(inside)
-        low, high = trial < problem.lower, trial > problem.upper
-        if not (low | high).any():
-            released = (at_lower & (gradient < 0)) | (at_upper & (gradient > 0))
-            if best_check.passed or not released.any():
-                break
-            at_lower, at_upper = at_lower & ~released, at_upper & ~released
-        at_lower, at_upper = at_lower | low, at_upper | high
-    return best
-
-
-def _equality_least_squares(matrix: Array, target: Array, rows: Array, rows_target: Array) -> Array:
-    """Minimum of ||matrix x − target|| where rows x = rows_target, by the null space of the rows."""
-    if rows.shape[0] == 0 or rows.shape[1] == 0:
-        return np.linalg.lstsq(matrix, target, rcond=1e-12)[0]
-    left, sizes, right = np.linalg.svd(rows)
-    rank = int((sizes > 1e-11 * max(sizes.max(initial=0.0), 1e-300)).sum())
-    particular = right[:rank].T @ ((left[:, :rank].T @ rows_target) / sizes[:rank])
-    null = right[rank:].T
-    return particular + null @ np.linalg.lstsq(matrix @ null, target - matrix @ particular, rcond=1e-12)[0]
 
 
 def solve_checked(
@@ -164,7 +137,7 @@ def solve_checked(
     best: Answer | None = None
     rejected: list[str] = []
     for name in order:
-        if name == "bvls" and problem.equalities[0].shape[0]:
+        if name == "bvls" and problem.has_equalities:
             continue
         answer = _attempt(problem, name, start, polish=problem.size <= polish_below)
         if best is None or answer.check.worst < best.check.worst:
@@ -174,25 +147,31 @@ def solve_checked(
         rejected.append(name)
         if answer.infeasible and name == "piqp":
             break
-    assert best is not None
+    if best is None:
+        raise InvalidInputError(f"none of the engines {', '.join(order)} takes equalities; use piqp for exact cells")
     missed = tuple(name for name in rejected if name != best.engine)
     return Answer(
-        best.x, best.engine, best.check, best.infeasible or (not best.check.passed and "piqp" in rejected), missed
+        best.x, best.engine, best.check, problem.has_equalities and (best.infeasible or not best.check.passed), missed
     )
 
 
 def _attempt(problem: LinkedLeastSquares, name: str, start: Array | None, *, polish: bool) -> Answer:
     try:
         x, multipliers, infeasible = ENGINES[name](problem, start)
-    except (np.linalg.LinAlgError, RuntimeError, ValueError, ImportError):  # an engine's own failure: try the next one
+    except (
+        np.linalg.LinAlgError,
+        RuntimeError,
+        ValueError,
+        ImportError,
+        SolveError,
+    ):  # an engine's own failure: try the next one
         x, multipliers, infeasible = np.full(problem.size, np.nan), None, False
     if not np.all(np.isfinite(x)):
         return Answer(np.zeros(problem.size), name, Check(np.inf, np.inf, np.inf), infeasible)
     x = np.clip(x, problem.lower, problem.upper)  # rounding only: the check below sees what it cost
     check = checked(problem, x, multipliers)
-    if not check.passed and not infeasible and polish:
-        better = polished(problem, x)
-        better_check = checked(problem, better)
-        if better_check.worst < check.worst:
+    if not (check.passed and check.gap <= Check.SHARP) and not infeasible and polish and check.equality < 1e-3:
+        better, better_check = polished(problem, x)
+        if better_check.worst <= check.worst:
             x, check = better, better_check
     return Answer(x, name, check, infeasible)

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.engines import Answer, solve_checked
 from spectral_core.palette.least_squares import Check, LinkedLeastSquares
+from spectral_core.palette.tied import can_tie
 
 Array = NDArray[np.float64]
 
 DENSE_LIMIT = 200
-"""Unknowns up to which the dense active set beats the sparse interior point on a first solve."""
+"""Unknowns up to which the dense active set is tried first on a spectrum with equalities."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +30,21 @@ class PhaseAnswer:
     notes: tuple[str, ...]
 
 
-def solve_phase(problem: LinkedLeastSquares, engine: str | None = None) -> PhaseAnswer:
-    """Solve all independent parts. ``engine``: only this one (for comparisons); None: the fitting ones in turn."""
+def solve_phase(problem: LinkedLeastSquares, engine: str | None = None, *, start: Array | None = None) -> PhaseAnswer:
+    """Solve all independent parts.
+
+    ``engine``: only this one (for comparisons); None: the fitting ones in turn. ``start``: free colors (G, 3) of a like
+    problem.
+    """
+    if start is not None and start.shape != problem.color_lower.shape:
+        start = None
     blocks: list[Array] = [np.zeros(0)] * len(problem.blocks)
     colors = np.zeros(problem.color_lower.shape)
     check, engines, infeasible, notes = Check(0.0, 0.0, 0.0), [], False, []
     for block_ids, group_ids in components(problem):
         part = _part(problem, block_ids, group_ids)
-        answer = solve_checked(part, [engine] if engine else engine_order(part))
+        near = None if start is None else start[group_ids]
+        answer = solve_checked(part, [engine] if engine else engine_order(part), near)
         part_colors, part_blocks = part.split(answer.x)
         colors[group_ids] = part_colors
         for number, values in zip(block_ids, part_blocks, strict=True):
@@ -49,9 +57,10 @@ def solve_phase(problem: LinkedLeastSquares, engine: str | None = None) -> Phase
 
 
 def engine_order(part: LinkedLeastSquares) -> list[str]:
-    """Engines to try: the dense active set first where it is small, the interior point first where it is not."""
-    dense_first = part.size <= DENSE_LIMIT and not any(link.exact for link in part.links)
-    return ["daqp", "piqp", "bvls"] if dense_first else ["piqp", "daqp", "bvls"]
+    """Engines to try: Newton on the free colors where there are any, the interior point first where rows must hold."""
+    if part.links:
+        return ["tied", "piqp", "daqp", "bvls"] if can_tie(part) else ["piqp", "daqp", "bvls"]
+    return ["daqp", "piqp", "bvls"] if part.size <= DENSE_LIMIT or not part.has_equalities else ["piqp", "daqp"]
 
 
 def components(problem: LinkedLeastSquares) -> list[tuple[list[int], list[int]]]:

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``PaletteSolution`` as a plain document and back: spectra, colors, errors, status. Not the solver's warm state."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.files.document import document_of, problem_of
+from spectral_core.palette.files.spectra import decoded_spectrum, encoded_spectrum
+from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
+from spectral_core.spectra_files import kind_of
+from spectral_core.spectrum import Spectrum
+
+FORMAT = "spectral-scene palette solution"
+VERSION = 1
+ARRAYS = ("target_linear_rgb", "actual_linear_rgb", "delta_e_2000")
+SPECTRA = ("illuminants", "reflectances")
+NOT_STORED = ("problem", "state")
+PLAIN = tuple(
+    each.name
+    for each in fields(PaletteSolution)
+    if each.name not in (*ARRAYS, *SPECTRA, *NOT_STORED, "conflicts", "amounts", "status")
+)
+"""Numbers, texts and tables of them, stored as they are."""
+
+
+def solution_document(solution: PaletteSolution) -> dict[str, Any]:
+    """The solution as strings, numbers, lists and tables; "nothing wanted" (NaN) as None."""
+    grid = solution.problem.grid
+    document: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": str(solution.status)}
+    document |= {name: _plain(getattr(solution, name)) for name in PLAIN}
+    for name in ARRAYS:
+        document[name] = _with_none(getattr(solution, name))
+    for name in SPECTRA:
+        document[name] = [{"kind": kind_of(each), **encoded_spectrum(each, grid)} for each in getattr(solution, name)]
+    document["amounts"] = [None if each is None else each.tolist() for each in solution.amounts]
+    document["conflicts"] = [_plain(asdict(each)) for each in solution.conflicts]
+    document["problem"] = document_of(solution.problem)
+    return document
+
+
+def solution_of(document: dict[str, Any], folder: Path) -> PaletteSolution:
+    """Inverse of solution_document, without the warm state. Raises InvalidInputError."""
+    if not isinstance(document, dict):
+        raise InvalidInputError(f"a {type(document).__name__}; expected the table of a palette solution")
+    missing = {"problem", "status", *PLAIN, *ARRAYS, *SPECTRA} - set(document)
+    if document.get("format") != FORMAT or document.get("version") != VERSION or missing:
+        raise InvalidInputError(
+            f"a document of format {document.get('format')!r}, version {document.get('version')!r}, without "
+            f"{sorted(missing) or 'nothing'}; expected {FORMAT!r}, version {VERSION}"
+        )
+    problem = problem_of(document["problem"], folder)
+
+    def spectra(name: str) -> tuple[Spectrum, ...]:
+        tables = [dict(table) for table in document[name]]
+        return tuple(decoded_spectrum(table, table.pop("kind"), problem.grid, folder) for table in tables)
+
+    stored: dict[str, Any] = {name: document[name] for name in PLAIN}
+    stored |= {name: tuple(stored[name]) for name in ("engines", "notes")}
+    stored |= {name: np.array(document[name], dtype=np.float64) for name in ARRAYS}
+    return PaletteSolution(
+        problem=problem,
+        illuminants=spectra("illuminants"),
+        reflectances=spectra("reflectances"),
+        status=PaletteStatus(document["status"]),
+        amounts=tuple(None if each is None else np.array(each) for each in document.get("amounts", ())),
+        conflicts=tuple(_conflict(each) for each in document.get("conflicts", ())),
+        **stored,
+    )
+
+
+def _conflict(table: dict[str, Any]) -> Conflict:
+    pairs = {"cell": tuple(table["cell"]), "relieved_by": tuple(tuple(cell) for cell in table["relieved_by"])}
+    return Conflict(**{**table, **pairs})
+
+
+def _with_none(values: Any) -> Any:
+    """Nested lists with None for NaN: JSON has no NaN."""
+    if isinstance(values, np.ndarray):
+        return [_with_none(each) for each in values]
+    return None if np.isnan(values) else float(values)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value

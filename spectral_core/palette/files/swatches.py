@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colors for painting programs: Adobe Swatch Exchange (``.ase``) and GIMP palettes (``.gpl``), read and written.
+
+ASE: "ASEF", version 1.0, then blocks of a type, a length and, big-endian, a UTF-16 name and four-letter color model.
+GPL: a line of three bytes and a name per color.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.palette.solution import PaletteSolution
+from spectral_core.spectra_files.columns import read_text
+
+ASE_COLOR, ASE_GROUP, ASE_GROUP_END = 0x0001, 0xC001, 0xC002
+GAMUT_SLACK = 1e-6
+"""How far past [0, 1] a color may round."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swatch:
+    """A named color. ``linear_rgb``: (3,), linear sRGB; ``group``: such as the light it is seen under."""
+
+    name: str
+    linear_rgb: NDArray[np.float64]
+    group: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "linear_rgb", frozen_array(f"swatch {self.name!r}", self.linear_rgb, (3,)))
+
+
+def swatches_of(solution: PaletteSolution) -> list[Swatch]:
+    """What each reflectance shows under each light, grouped by light."""
+    return [
+        Swatch(item.name, solution.actual_linear_rgb[i, j], light.name)
+        for j, light in enumerate(solution.problem.lights)
+        for i, item in enumerate(solution.problem.reflectances)
+    ]
+
+
+def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool = False) -> tuple[str, ...]:
+    """Write ``.ase`` or ``.gpl``; returns the names of colors that were moved into the gamut.
+
+    Painting programs hold what a screen shows. ``clip`` moves each channel of other colors to the nearest end; without
+    it they raise InvalidInputError.
+    """
+    file = Path(path)
+    writers = {".ase": _ase_bytes, ".gpl": _gpl_bytes}
+    if file.suffix.lower() not in writers:
+        raise InvalidInputError(f"cannot tell the swatch format of {file.name!r}; name it .ase or .gpl")
+    outside = tuple(
+        f"{swatch.group} / {swatch.name}" if swatch.group else swatch.name
+        for swatch in swatches
+        if swatch.linear_rgb.min() < -GAMUT_SLACK or swatch.linear_rgb.max() > 1 + GAMUT_SLACK
+    )
+    if outside and not clip:
+        raise InvalidInputError(
+            f"{len(outside)} of {len(swatches)} colors are outside of the display's gamut, such as {outside[0]!r}; "
+            "pass clip=True to write the nearest ones"
+        )
+    file.write_bytes(writers[file.suffix.lower()](file.stem, swatches))
+    return outside
+
+
+def read_swatches(path: str | Path) -> list[Swatch]:
+    """Colors of an ``.ase`` or ``.gpl`` file, told apart by what they hold. Raises FileFormatError."""
+    file = Path(path)
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise FileFormatError(f"{file}: {error.strerror or error}; expected a file of swatches") from error
+    return _read_ase(file, data) if data[:4] == b"ASEF" else _read_gpl(file)
+
+
+def _display(swatch: Swatch) -> list[float]:
+    return display_rgb_from_linear(np.clip(swatch.linear_rgb, 0.0, 1.0)).tolist()
+
+
+def _ase_bytes(_title: str, swatches: Sequence[Swatch]) -> bytes:
+    blocks = []
+    for group, members in groupby(swatches, key=lambda swatch: swatch.group):
+        if group:
+            blocks.append(_ase_block(ASE_GROUP, _ase_name(group)))
+        for swatch in members:
+            color = b"RGB " + struct.pack(">3f", *_display(swatch)) + struct.pack(">H", 2)
+            blocks.append(_ase_block(ASE_COLOR, _ase_name(swatch.name) + color))
+        if group:
+            blocks.append(_ase_block(ASE_GROUP_END, b""))
+    return b"ASEF" + struct.pack(">HHI", 1, 0, len(blocks)) + b"".join(blocks)
+
+
+def _ase_block(kind: int, content: bytes) -> bytes:
+    return struct.pack(">HI", kind, len(content)) + content
+
+
+def _ase_name(name: str) -> bytes:
+    text = name.encode("utf-16-be") + b"\0\0"
+    return struct.pack(">H", len(text) // 2) + text
+
+
+def _read_ase(file: Path, data: bytes) -> list[Swatch]:
+    swatches, group, at = [], "", 12
+    try:
+        (count,) = struct.unpack_from(">I", data, 8)
+        for _ in range(count):
+            kind, length = struct.unpack_from(">HI", data, at)
+            content, at = data[at + 6 : at + 6 + length], at + 6 + length
+            if len(content) < length:
+                raise struct.error("the last block is cut")
+            if kind == ASE_GROUP_END:
+                group = ""
+            elif kind in (ASE_GROUP, ASE_COLOR):
+                (letters,) = struct.unpack_from(">H", content, 0)
+                name = content[2 : 2 * letters].decode("utf-16-be")
+                if kind == ASE_GROUP:
+                    group = name
+                else:
+                    swatches.append(Swatch(name, _ase_color(file, name, content[2 + 2 * letters :]), group))
+    except (struct.error, UnicodeDecodeError) as error:
+        raise FileFormatError(
+            f"{file}: the .ase file is cut or edited near byte {at} ({error}); export it anew"
+        ) from error
+    return swatches
+
+
+def _ase_color(file: Path, name: str, content: bytes) -> NDArray[np.float64]:
+    model = content[:4]
+    if model == b"RGB ":
+        return linear_from_display_rgb(struct.unpack_from(">3f", content, 4))
+    if model == b"Gray":
+        return linear_from_display_rgb(list(struct.unpack_from(">f", content, 4)) * 3)
+    raise FileFormatError(
+        f"{file}: swatch {name!r} is in {model.decode('ascii', 'replace').strip()!r}; expected RGB or Gray, so convert "
+        "it in the program that wrote it"
+    )
+
+
+def _gpl_bytes(title: str, swatches: Sequence[Swatch]) -> bytes:
+    lines = ["GIMP Palette", f"Name: {title}", "Columns: 0", "#"]
+    for swatch in swatches:
+        red, green, blue = (round(255 * channel) for channel in _display(swatch))
+        full = f"{swatch.group} / {swatch.name}" if swatch.group else swatch.name
+        lines.append(f"{red:3d} {green:3d} {blue:3d}\t{' '.join(full.split())}")
+    return ("\n".join(lines) + "\n").encode("utf-8")
+
+
+def _read_gpl(file: Path) -> list[Swatch]:
+    lines = read_text(file).splitlines()
+    if lines[0].strip() != "GIMP Palette":
+        raise FileFormatError(f"{file}, line 1: {lines[0][:40]!r}; expected 'GIMP Palette', or an .ase file")
+    swatches = []
+    for number, line in enumerate(lines[1:], 2):
+        if not line.strip() or line.startswith(("#", "Name:", "Columns:")):
+            continue
+        cells = line.split(maxsplit=3)
+        channels = [int(cell) for cell in cells[:3] if cell.isdigit() and int(cell) <= 255]
+        if len(channels) < 3:
+            raise FileFormatError(
+                f"{file}, line {number}: {line.strip()[:40]!r}; expected three numbers to 255 and a name"
+            )
+        group, slash, name = (cells[3] if len(cells) > 3 else "Untitled").rpartition(" / ")
+        linear = linear_from_display_rgb(np.array(channels) / 255)
+        swatches.append(Swatch(name, linear, group if slash else ""))
+    return swatches

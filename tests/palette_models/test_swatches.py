@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Swatches: ASE byte by byte as Adobe's programs write it, GPL as GIMP does."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.palette import solve_palette
+from spectral_core.palette.files import Swatch, read_swatches, swatches_of, write_swatches
+from spectral_core.palette.presets import metamer_pair
+
+SWATCHES = [
+    Swatch("rød Ω", np.array([1.0, 0.0, 0.25]), "daylight"),
+    Swatch("grey", np.array([0.5, 0.5, 0.5]), "daylight"),
+    Swatch("loose", np.array([0.0, 1.0, 0.0])),
+    Swatch("", np.array([0.0, 0.0, 0.0]), "sodium"),
+]
+
+
+def test_ase_keeps_names_groups_and_colors(tmp_path: Path) -> None:
+    assert write_swatches(tmp_path / "s.ase", SWATCHES) == ()
+    read = read_swatches(tmp_path / "s.ase")
+    assert [(s.name, s.group) for s in read] == [(s.name, s.group) for s in SWATCHES]
+    for one, other in zip(read, SWATCHES, strict=True):
+        np.testing.assert_allclose(one.linear_rgb, other.linear_rgb, atol=1e-7)  # in single precision
+
+
+def test_ase_bytes_are_adobes(tmp_path: Path) -> None:
+    write_swatches(tmp_path / "one.ase", [Swatch("Ab", np.array([1.0, 0.0, 0.0]))])
+    color = b"RGB " + struct.pack(">3f", 1, 0, 0) + b"\x00\x02"
+    name = b"\x00\x03\x00A\x00b\x00\x00"
+    block = b"\x00\x01" + struct.pack(">I", len(name + color)) + name + color
+    assert (tmp_path / "one.ase").read_bytes() == b"ASEF\x00\x01\x00\x00\x00\x00\x00\x01" + block
+
+
+def test_gpl_reads_as_gimp_writes_it(tmp_path: Path) -> None:
+    write_swatches(tmp_path / "s.gpl", SWATCHES)
+    text = (tmp_path / "s.gpl").read_text("utf-8")
+    assert text.splitlines()[:2] == ["GIMP Palette", "Name: s"]
+    assert "255   0 137\tdaylight / rød Ω" in text
+    read = read_swatches(tmp_path / "s.gpl")
+    assert [(s.name, s.group) for s in read][:3] == [(s.name, s.group) for s in SWATCHES][:3]
+    for one, other in zip(read, SWATCHES, strict=True):
+        display = display_rgb_from_linear(one.linear_rgb)
+        np.testing.assert_allclose(display, display_rgb_from_linear(other.linear_rgb), atol=0.5 / 255)
+    old = "GIMP Palette\n#\n  1   2   3 Ungrouped name\n10 20 30\n"
+    (tmp_path / "old.gpl").write_text(old, encoding="utf-8")
+    assert [s.name for s in read_swatches(tmp_path / "old.gpl")] == ["Ungrouped name", "Untitled"]
+
+
+def test_every_cell_of_a_solution_is_a_swatch(tmp_path: Path) -> None:
+    solution = solve_palette(metamer_pair())
+    swatches = swatches_of(solution)
+    assert [(s.group, s.name) for s in swatches] == [
+        (light, row) for light in ("HP1", "D65") for row in ("reflectance 1", "reflectance 2")
+    ]
+    np.testing.assert_array_equal(swatches[1].linear_rgb, solution.actual_linear_rgb[1, 0])
+
+
+def test_colors_past_the_gamut_are_named_not_hidden(tmp_path: Path) -> None:
+    sodium = Swatch("sign", np.array([1.2, 0.5, -0.1]), "sodium")
+    with pytest.raises(
+        InvalidInputError, match=r"1 of 2 colors are outside .* such as 'sodium / sign'; pass clip=True"
+    ):
+        write_swatches(tmp_path / "s.gpl", [SWATCHES[0], sodium])
+    assert not (tmp_path / "s.gpl").exists()
+    assert write_swatches(tmp_path / "s.gpl", [SWATCHES[0], sodium], clip=True) == ("sodium / sign",)
+    nearest = linear_from_display_rgb(np.round(255 * display_rgb_from_linear([1, 0.5, 0])) / 255)
+    np.testing.assert_allclose(read_swatches(tmp_path / "s.gpl")[1].linear_rgb, nearest)
+
+
+def test_gray_is_read_and_other_models_are_refused(tmp_path: Path) -> None:
+    def ase(model: bytes, values: tuple[float, ...]) -> Path:
+        content = b"\x00\x02\x00A\x00\x00" + model + struct.pack(f">{len(values)}f", *values) + b"\x00\x00"
+        data = b"ASEF\x00\x01\x00\x00\x00\x00\x00\x01\x00\x01" + struct.pack(">I", len(content)) + content
+        (tmp_path / "x.ase").write_bytes(data)
+        return tmp_path / "x.ase"
+
+    assert read_swatches(ase(b"Gray", (1.0,)))[0].linear_rgb.tolist() == [1, 1, 1]
+    with pytest.raises(FileFormatError, match=r"x\.ase: swatch 'A' is in 'CMYK'; expected RGB or Gray"):
+        read_swatches(ase(b"CMYK", (0, 0, 0, 1)))
+
+
+def test_broken_files(tmp_path: Path) -> None:
+    path = tmp_path / "s.ase"
+    write_swatches(path, SWATCHES)
+    path.write_bytes(path.read_bytes()[:-10])
+    with pytest.raises(FileFormatError, match=r"s\.ase: the \.ase file is cut or edited near byte \d+"):
+        read_swatches(path)
+    (tmp_path / "s.gpl").write_text("GIMP Palette\n255 0 zero red\n", encoding="utf-8")
+    with pytest.raises(FileFormatError, match=r"s\.gpl, line 2: .*expected three numbers to 255 and a name"):
+        read_swatches(tmp_path / "s.gpl")
+    (tmp_path / "s.gpl").write_text("JASC-PAL\n", encoding="utf-8")
+    with pytest.raises(FileFormatError, match=r"line 1: 'JASC-PAL'; expected 'GIMP Palette'"):
+        read_swatches(tmp_path / "s.gpl")
+    with pytest.raises(InvalidInputError, match=r"cannot tell the swatch format of 's\.aco'"):
+        write_swatches(tmp_path / "s.aco", SWATCHES)
+    with pytest.raises(FileFormatError, match=r"no\.ase: No such file"):
+        read_swatches(tmp_path / "no.ase")
