@@ -27,14 +27,14 @@ def run(options: Options) -> dict:
     }
     figures: dict = {"defaults": chosen, "split_light_max_delta_e_2000": {}}
     for name, problem in split.items():
-        solution = solve_palette(problem)
+        solution = solve_palette(problem, explain=False)
         figures["split_light_max_delta_e_2000"][name] = solution.max_delta_e_2000
         print(f"5×3 of Figure 5.2, {name:20} {solution.rounds:3d} rounds, max ΔE2000 {solution.max_delta_e_2000:.5f}")
     seeds = 2 if options.quick else 20
     errors = []
     for seed in range(seeds):
         one = thesis.random_palette((9, 9), np.random.default_rng(100 + seed))
-        errors.append(mean_delta_e_1976(solve_palette(replace(one, **chosen))))
+        errors.append(mean_delta_e_1976(solve_palette(replace(one, **chosen), explain=False)))
     figures["random_9x9_mean_delta_e_1976"] = {"mean": float(np.mean(errors)), "worst": float(np.max(errors))}
     print(f"random 9×9, {seeds} seeds: mean ΔE76 {np.mean(errors):.3f}, worst palette {np.max(errors):.3f}")
     return figures

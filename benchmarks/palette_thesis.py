@@ -40,7 +40,7 @@ def mean_delta_e_1976(solution: PaletteSolution) -> float:
 
 
 def _metamer_pair(options: Options) -> dict:
-    solution = solve_palette(metamer_pair())
+    solution = solve_palette(metamer_pair(), explain=False)
     lab = lab_from_linear_rgb(solution.actual_linear_rgb)
     figures = {
         "status": solution.status.value,
@@ -57,7 +57,7 @@ def _split_lights(options: Options) -> dict:
     rows = np.stack([thesis.reflectance(f"refl{i + 1}").values for i in range(5)])
     columns = np.stack([thesis.light(name).values for name in ("d65", "split1", "split2")])
     shown = color_kernel(thesis.GRID).colors(rows, columns)[0] * 255
-    lights = solve_palette(thesis.lights_only())
+    lights = solve_palette(thesis.lights_only(), explain=False)
     draw_palette(lights, options.out / "figure_5_2_printed.png")
     away = [
         float(np.sqrt(np.mean((lights.illuminants[k].values / thesis.PER_NM - thesis.PRINTED[f"split{k}"]) ** 2)))
@@ -75,7 +75,7 @@ def _split_lights(options: Options) -> dict:
     print(f"   phase 2 returns the printed lights within rms {away[0]:.1e}, {away[1]:.1e}")
     print(f"{'ω_D':>8} {'rounds':>7} {'mean ΔE00':>10} {'max ΔE00':>10}")
     for smoothness, rounds in ((1.0, 1), (1.0, 3), (1.0, 10), (0.01, 3), (0.01, 20)):
-        solution = solve_palette(thesis.from_scratch(rounds, smoothness))
+        solution = solve_palette(thesis.from_scratch(rounds, smoothness), explain=False)
         mean, largest = float(np.mean(solution.delta_e_2000)), solution.max_delta_e_2000
         figures["rounds"][f"{smoothness:g} x {rounds}"] = {"mean": mean, "max": largest}
         print(f"{smoothness:8g} {solution.rounds:7d} {mean:10.4f} {largest:10.4f}")
@@ -97,7 +97,7 @@ def _errors_by_size(options: Options) -> dict:
             errors = []
             for seed in range(seeds):
                 problem = thesis.random_palette((size, size), np.random.default_rng(seed), grid, bounded=bounded)
-                solution = solve_palette(problem)
+                solution = solve_palette(problem, explain=False)
                 untrusted += not solution.status.trusted
                 errors.append(mean_delta_e_1976(solution))
             figures.setdefault(name, {})[str(size)] = float(np.mean(errors))

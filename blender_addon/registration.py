@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum
+from . import engine, interface, jobs
 
-MODULES = (spectrum, palette_cell, palette, render, scene, live, palette_solve)
+MODULES = (*interface.MODULES, jobs, engine)
 
 
 def register() -> None:

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkContrast:
-    """ΔE2000 between mark and ground, over ``places`` pixels along the mark's edge; mean colors in linear sRGB (3,)."""
+    """ΔE2000 between mark and ground, over ``places`` windows along the mark's edge; mean colors, linear sRGB (3,)."""
 
     mean: float
     largest: float
@@ -52,32 +52,43 @@ def coverage_scene(scene: Scene, material_name: str) -> Scene:
     )
 
 
-def mark_contrast(picture: ArrayLike, coverage: ArrayLike, *, reach_pixels: int = 9) -> MarkContrast:
-    """Compare mark and ground wherever both lie within ``reach_pixels`` of each other, so that shading cancels.
+def mark_contrast(picture: ArrayLike, coverage: ArrayLike, *, reach_pixels: int = 12, stride: int = 4) -> MarkContrast:
+    """The step in color from ground to mark, in square windows all along the mark's edge.
 
-    ``picture``, ``coverage``: (height, width, 3 or more), linear sRGB; coverage as ``coverage_scene`` renders it.
-    Each place compares the mean of the mark's pixels with the mean of the ground's in one square window.
+    ``picture``, ``coverage``: (height, width, 3 or more), linear sRGB; coverage as ``coverage_scene`` renders it. In
+    each window the pixels are fitted by a plane (the shading of a round vase) plus a step where the mark is; ΔE2000 is
+    between the plane's color at the window's center and that color plus the step.
     """
-    from scipy.ndimage import uniform_filter
-
     pixels, covered = np.asarray(picture, dtype=np.float64)[..., :3], np.asarray(coverage, dtype=np.float64)
     if pixels.shape[:2] != covered.shape[:2]:
         raise InvalidInputError(f"picture is {pixels.shape[:2]}, its coverage {covered.shape[:2]}; render both alike")
-    mark, ground = (covered[..., 0] > 0.98), (covered[..., 1] > 0.98)
-    window = 2 * reach_pixels + 1
-
-    def local_mean(where: NDArray[np.bool_]) -> tuple[Array, Array]:
-        share = uniform_filter(where.astype(float), window, mode="constant")
-        total = uniform_filter(pixels * where[..., None], (window, window, 1), mode="constant")
-        return total / np.maximum(share, 1e-12)[..., None], share
-
-    mark_mean, mark_share = local_mean(mark)
-    ground_mean, ground_share = local_mean(ground)
-    places = (mark | ground) & (mark_share > 0.2) & (ground_share > 0.2)
-    if not places.any():
+    mark, ground = covered[..., 0] > 0.98, covered[..., 1] > 0.98
+    colors, steps = [], []
+    for row in range(reach_pixels, pixels.shape[0] - reach_pixels, stride):
+        for column in range(reach_pixels, pixels.shape[1] - reach_pixels, stride):
+            window = np.s_[
+                row - reach_pixels : row + reach_pixels + 1, column - reach_pixels : column + reach_pixels + 1
+            ]
+            fitted = _step(pixels[window], mark[window], ground[window])
+            if fitted is not None:
+                colors.append(fitted[0])
+                steps.append(fitted[1])
+    if not colors:
         raise InvalidInputError("nowhere in the picture do mark and ground lie side by side; render it larger")
-    delta_e = delta_e_2000(lab_from_linear_rgb(mark_mean[places]), lab_from_linear_rgb(ground_mean[places]))
+    ground_rgb, mark_rgb = np.array(colors), np.array(colors) + np.array(steps)
+    delta_e = delta_e_2000(lab_from_linear_rgb(mark_rgb), lab_from_linear_rgb(ground_rgb))
     return MarkContrast(
-        float(delta_e.mean()), float(delta_e.max()), int(places.sum()),
-        mark_mean[places].mean(axis=0), ground_mean[places].mean(axis=0),
-    )  # fmt: skip
+        float(delta_e.mean()), float(delta_e.max()), len(colors), mark_rgb.mean(axis=0), ground_rgb.mean(axis=0)
+    )
+
+
+def _step(pixels: Array, mark: NDArray[np.bool_], ground: NDArray[np.bool_]) -> tuple[Array, Array] | None:
+    """Ground's color at the window's center and the step to the mark; None where either fills under a quarter."""
+    if min(int(mark.sum()), int(ground.sum())) < mark.size // 4:
+        return None
+    reach = mark.shape[0] // 2
+    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1] / reach
+    known = mark | ground
+    rows = np.stack([np.ones(known.sum()), x[known], y[known], mark[known].astype(float)], axis=1)
+    fitted = np.linalg.lstsq(rows, pixels[known], rcond=None)[0]
+    return fitted[0], fitted[3]

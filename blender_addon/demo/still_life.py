@@ -19,6 +19,9 @@ VASE_PROFILE = [  # (radius, height) in meters, from the foot to the lip
     (0.058, 0.000), (0.062, 0.006), (0.088, 0.050), (0.116, 0.110), (0.124, 0.165), (0.112, 0.220),
     (0.078, 0.268), (0.046, 0.298), (0.036, 0.322), (0.040, 0.345), (0.050, 0.356),
 ]  # fmt: skip
+KEY_POWER_W, WORLD_STRENGTH = 50.0, 0.16
+"""Of the window, and of the room around it, for a picture in daylight."""
+
 BOWL_PROFILE = [(0.045, 0.0), (0.050, 0.004), (0.085, 0.020), (0.115, 0.048), (0.128, 0.078), (0.130, 0.082)]
 
 
@@ -217,7 +220,7 @@ def _stem(lean: float, turn: float, reach: float) -> NDArray[np.float64]:
 def _light(bpy: Any) -> None:
     """A tall window to the left, and little else: the wall fades to the right."""
     key = bpy.data.lights.new("Key", "AREA")
-    key.shape, key.size, key.size_y, key.energy = "RECTANGLE", 0.9, 1.3, 50.0
+    key.shape, key.size, key.size_y, key.energy = "RECTANGLE", 0.9, 1.3, KEY_POWER_W
     window = bpy.data.objects.new("Key", key)
     window.location = (-1.35, -0.75, 1.05)
     _look_at(window, (0.0, 0.05, 0.16))
@@ -227,7 +230,7 @@ def _light(bpy: Any) -> None:
     if world.node_tree is None:
         world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.16
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = WORLD_STRENGTH
 
 
 def _camera(bpy: Any) -> None:

@@ -12,7 +12,7 @@ from spectral_core.spectrum import Illuminant
 
 from .live import paused
 from .palette_cell import WEIGHT_LIMIT
-from .palette_table import add_light, add_material, clear, set_references
+from .palette_table import add_lamp, add_light, add_material, clear, set_references
 from .spectrum import store_spectrum
 
 
@@ -55,7 +55,9 @@ def _require_storable(problem: PaletteProblem) -> None:
             "the table knows physical spectra, or no bounds at all"
         )
     if problem.subspace is not None:
-        raise InvalidInputError("this palette has a subspace criterion, which the table has no place for; use the library")
+        raise InvalidInputError(
+            "this palette has a subspace criterion, which the table has no place for; use the library"
+        )
 
 
 def _store_settings(palette, problem: PaletteProblem) -> None:
@@ -81,9 +83,7 @@ def _store_light(palette, light: PaletteLight, luminance: float) -> None:
     column.use_primaries = bool(light.primaries)
     for name, lamps in (("primaries", light.primaries), ("variants", light.variants)):
         for lamp in lamps:
-            entry = getattr(column, name).add()
-            entry.name = lamp.name
-            _store_lamp(entry.spectral, lamp)
+            _store_lamp(add_lamp(getattr(column, name), lamp.name).spectral, lamp)
     column.looks_white = light.white_xyz is not None
     if light.white_xyz is not None:
         column.white_xyz = np.asarray(light.white_xyz) / light.white_xyz[1] * WHITE_XYZ[1]
@@ -117,7 +117,7 @@ def _store_cell(palette, place: tuple[int, int], wish: Cell) -> list[str]:
     cell.exact = wish.exact
     if wish.weight > WEIGHT_LIMIT:
         return [
-            f"{material.name} under {light.name}: weight {wish.weight:g} became {WEIGHT_LIMIT:g}, the most that solvers "
-            "bear; make the cell exact to have it for sure"
+            f"{material.name} under {light.name}: weight {wish.weight:g} became {WEIGHT_LIMIT:g}, the most that "
+            "solvers bear; make the cell exact to have it for sure"
         ]
     return []

@@ -76,15 +76,25 @@ def _light(palette, light, grid: SpectralGrid) -> PaletteLight:
     primaries = ()
     if light.use_primaries:
         if not len(light.primaries):
-            raise InvalidInputError(f"light {light.name!r} is mixed from lamps, but its list of lamps is empty; add some")
+            raise InvalidInputError(
+                f"light {light.name!r} is mixed from lamps, but its list of lamps is empty; add some"
+            )
         primaries = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.primaries)
     return PaletteLight(
-        normalized(start.resampled(grid, average=True), luminance=luminance),
+        normalized(_on_grid(start, grid), luminance=luminance),
         free=True,
         primaries=primaries,
         white_xyz=np.array(light.white_xyz) if light.looks_white else None,
         luminance=luminance if light.keeps_luminance else None,
     )
+
+
+def _on_grid(start: Illuminant, grid: SpectralGrid) -> Illuminant:
+    """The start of a design; averaged over cells, so that no line is lost, but for what is on this grid already."""
+    known = start.grid.wavelengths_nm
+    if known.size == grid.size and np.allclose(known, grid.wavelengths_nm, rtol=0, atol=1e-3):
+        return Illuminant(start.name, grid, start.values, source=start.source)
+    return start.resampled(grid, average=True)
 
 
 def _lamp_name(lamp) -> str:
@@ -125,8 +135,11 @@ def _cell(palette, material, column: int) -> Cell:
     )
 
 
-def store_solution(palette, solution: PaletteSolution) -> None:
-    """Write spectra, colors, errors and status of a solution into the properties that panels show."""
+def store_solution(palette, solution: PaletteSolution, *, finished: bool = True) -> None:
+    """Write spectra, colors, errors and status of a solution into the properties that panels show.
+
+    ``finished``: whether conflicts were looked for; if not, those that are shown stay while wishes are missed.
+    """
     for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
         _store_result(light.result, spectrum, Illuminant)
     for material, spectrum in zip(palette.materials, solution.reflectances, strict=True):
@@ -146,12 +159,20 @@ def store_solution(palette, solution: PaletteSolution) -> None:
     palette.worst_delta_e = solution.max_delta_e_2000
     palette.light_scale = solution.light_scale
     palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
+    if finished or palette.status == "solved":
+        _store_conflicts(palette, solution)
+
+
+def _store_conflicts(palette, solution: PaletteSolution) -> None:
     palette.conflicts.clear()
     for conflict in solution.conflicts:
         entry = palette.conflicts.add()
         row, column = conflict.cell
         entry.material_uid, entry.light_uid = palette.materials[row].uid, palette.lights[column].uid
         entry.text = conflict.text
+        if conflict.relieved_by:
+            row, column = conflict.relieved_by[0]
+            entry.relief_material_uid, entry.relief_light_uid = palette.materials[row].uid, palette.lights[column].uid
 
 
 def _store_result(result, spectrum, kind: type) -> None:

@@ -50,6 +50,7 @@ def add_light(palette, name: str = "Light"):
         light = palette.lights.add()
         light.name = _unique(name, {each.name for each in palette.lights[:-1]})
         light.uid = _next_uid(palette)
+        light.spectral.kind = light.result.kind = "ILLUMINANT"
         light.spectral.source = "CATALOGUE"
         light.spectral.catalogue_name = "D65"
         for material in palette.materials:
@@ -63,9 +64,18 @@ def add_material(palette, name: str = "Material"):
         material = palette.materials.add()
         material.name = _unique(name, {each.name for each in palette.materials[:-1]})
         material.uid = _next_uid(palette)
+        material.spectral.kind = material.result.kind = "REFLECTANCE"
         for _ in palette.lights:
             material.cells.add().mode = "IGNORE"
     return material
+
+
+def add_lamp(lamps, name: str):
+    """A new entry of a light's primaries or variants, without a spectrum yet."""
+    lamp = lamps.add()
+    lamp.name = name
+    lamp.spectral.kind = "ILLUMINANT"
+    return lamp
 
 
 def remove_light(palette, column: int) -> None:

@@ -15,14 +15,15 @@ from bpy.props import CollectionProperty, EnumProperty, FloatProperty, PointerPr
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.spectrum import SpectralGrid, Spectrum
 
-from . import catalogue
+from . import catalogue, live
 
 SOURCES = [
     ("NONE", "None", "No spectrum: the color is used, and upsampled where light is spectral", 0),
-    ("CATALOGUE", "Catalogue", "A measured lamp or surface by name", 1),
+    ("CATALOGUE", "Named", "A measured lamp or surface by name", 1),
     ("FILE", "File", "Measured values from a .csv, .spdx or .spd file", 2),
-    ("DESIGNED", "Designed", "Values that the palette designed", 3),
+    ("DESIGNED", "Palette", "Values that the palette designed", 3),
 ]
+OWNERS = (bpy.types.Material, bpy.types.Light, bpy.types.World)
 EMITTING_NODES = ("ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeBlackbody")
 
 
@@ -45,20 +46,28 @@ def kind_of(owner) -> str:
     return "illuminant" if emits else "reflectance"
 
 
-def spectrum_of(owner) -> Spectrum | None:
+def kind_in(spectral) -> str:
+    """kind_of() of the owner, without asking Blender for the path to it, which takes milliseconds on a scene."""
+    if spectral.kind != "OWNER":
+        return spectral.kind.lower()
+    block = spectral.id_data
+    return kind_of(block if isinstance(block, OWNERS) else owner_of(spectral))
+
+
+def spectrum_of(owner, attribute: str = "spectral") -> Spectrum | None:
     """The Illuminant or Reflectance that ``owner`` carries, None where its color is meant.
 
     ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
     color of the surface, on a node for that node's color; the node's comes before the material's. An illuminant is
-    relative: ``strength_of(owner)`` tells how bright. Raises InvalidInputError where a spectrum is asked for and none
-    could be read; the message is fit to be shown.
+    relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored.
+    Raises InvalidInputError where a spectrum is asked for and none could be read; the message is fit to be shown.
     """
-    spectral = getattr(owner, "spectral", None)
+    spectral = getattr(owner, attribute, None)
     if spectral is None or spectral.source == "NONE":
         return None
     if not len(spectral.samples):
         raise InvalidInputError(f"the spectrum of {owner.name!r} is empty: {spectral.message or 'nothing is chosen'}")
-    return _stored(spectral, kind_of(owner), owner.name)
+    return _stored(spectral, kind_in(spectral), owner.name)
 
 
 def strength_of(owner) -> float:
@@ -93,7 +102,7 @@ def store_spectrum(
     Raises InvalidInputError where it is not what its owner can have, a reflectance in [0, 1] or a light of no negative
     power, unless ``physical`` is False: then it is kept to be drawn, and reading it with spectrum_of() raises.
     """
-    expected = catalogue.KINDS[kind_of(owner_of(spectral))]
+    expected = catalogue.KINDS[kind_in(spectral)]
     if physical and type(spectrum) is not expected:
         spectrum = expected(spectrum.name, spectrum.grid, spectrum.values, source=spectrum.source)
     _write_samples(spectral, spectrum)
@@ -118,6 +127,7 @@ def _write_samples(spectral, spectrum: Spectrum) -> None:
     spectral.interpolation = spectrum.grid.interpolation.upper()
     spectral.spectrum_name = spectrum.name
     spectral.origin = spectrum.source
+    _tag(spectral)
 
 
 _quiet = False
@@ -134,11 +144,16 @@ def quiet() -> Iterator[None]:
         _quiet = before
 
 
+def _tag(spectral, _context=None) -> None:
+    """Blender copies a changed property to the evaluated scene only when told; the palette shows its originals."""
+    if not isinstance(spectral.id_data, bpy.types.Scene):
+        spectral.id_data.update_tag()
+
+
 def reload(spectral) -> None:
     """Read the spectrum from its catalogue or file again; on failure the values stay and ``message`` says why."""
-    owner = owner_of(spectral)
     try:
-        spectrum = _read(spectral, kind_of(owner))
+        spectrum = _read(spectral, kind_in(spectral))
     except SpectralError as error:
         spectral.message = str(error)
         return
@@ -164,15 +179,23 @@ def _source_changed(spectral, _context) -> None:
     if spectral.source in ("CATALOGUE", "FILE"):
         spectral.samples.clear()
     reload(spectral)
+    _tell_palette(spectral)
 
 
 def _choice_changed(spectral, _context) -> None:
     if not _quiet:
         reload(spectral)
+        _tell_palette(spectral)
+
+
+def _tell_palette(spectral) -> None:
+    """Another lamp or surface in the palette's table is a reason to solve it again."""
+    if isinstance(spectral.id_data, bpy.types.Scene):
+        live.edited(spectral)
 
 
 def _catalogue_search(spectral, _context, typed: str) -> list[str]:
-    return [name for name in catalogue.names(kind_of(owner_of(spectral))) if typed.lower() in name.lower()]
+    return [name for name in catalogue.names(kind_in(spectral)) if typed.lower() in name.lower()]
 
 
 def _entry_search(spectral, _context, typed: str) -> list[str]:
@@ -180,7 +203,7 @@ def _entry_search(spectral, _context, typed: str) -> list[str]:
         from spectral_core.spectra_files import read_spectra
 
         path = bpy.path.abspath(spectral.filepath, library=spectral.id_data.library)
-        known = [spectrum.name for spectrum in read_spectra(path, kind=kind_of(owner_of(spectral)))]
+        known = [spectrum.name for spectrum in read_spectra(path, kind=kind_in(spectral))]
     except (SpectralError, OSError):
         return []  # the message of the property says what is wrong with the file
     return [name for name in known if typed.lower() in name.lower()]
@@ -212,8 +235,16 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         name="Entry", description="Which spectrum of the file, where it holds several", search=_entry_search,
         update=_choice_changed,
     )  # fmt: skip
+    kind: EnumProperty(
+        default="OWNER", description="What the values are",
+        items=[
+            ("OWNER", "By Owner", "What its owner can have", 0),
+            ("ILLUMINANT", "Illuminant", "Relative power per nm", 1),
+            ("REFLECTANCE", "Reflectance", "Share of light from 0 to 1", 2),
+        ],
+    )  # fmt: skip
     strength: FloatProperty(
-        name="Relative Strength", default=1.0, min=0.0, soft_max=4.0,
+        name="Relative Strength", default=1.0, min=0.0, soft_max=4.0, update=_tag,
         description="How bright a light of this spectrum is beside a white light of the same power",
     )  # fmt: skip
     spectrum_name: StringProperty(name="Spectrum Name", description="Name of the stored spectrum")

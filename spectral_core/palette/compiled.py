@@ -8,7 +8,8 @@ must look white need equalities or blocks of other sizes; they go through ``phas
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from spectral_core.palette.problem import PaletteLight, PaletteProblem, PaletteR
 from spectral_core.palette.state import PaletteState
 from spectral_core.palette.tied import TiedProblem
 from spectral_core.palette.wishes import Wishes
+from spectral_core.spectrum import SpectralGrid
 
 Array = NDArray[np.float64]
 
@@ -62,6 +64,16 @@ class WishArrays:
         boxes = np.array([members.box for members in wishes.groups]).reshape(-1, 2, 3)
         return cls(weights, targets, links, group, (boxes[:, 0].ravel(), boxes[:, 1].ravel()))
 
+    def copy(self) -> WishArrays:
+        """The same, with targets and their weights free to be changed."""
+        return replace(self, target_weights=self.target_weights.copy(), targets=self.targets.copy())
+
+    def same_groups(self, other: WishArrays) -> bool:
+        """Whether the same cells share the same free colors."""
+        if self.group is other.group:
+            return True
+        return np.array_equal(self.group, other.group) and np.array_equal(self.boxes, other.boxes)
+
     def turned(self) -> WishArrays:
         """The same with reflectances and lights swapped."""
         return WishArrays(
@@ -75,13 +87,45 @@ class Known:
 
     matrices: Array
     grams: Array
+    strengths: Array
+    """(L,): largest entry of each matrix; infinite where it is too dim to show a color."""
 
     @classmethod
     def of(cls, state: PaletteState, side: Side) -> Known:
         at_points = state.lights_at_points() if side == "reflectances" else state.reflectances_at_points()
         matrices = state.kernel.matrices(at_points)[0]
         grams = np.matmul(matrices.transpose(0, 2, 1), matrices)
-        return cls(matrices, grams.reshape(len(grams), -1))
+        dim = np.abs(matrices).sum(axis=2).max(axis=1) < 1e-7
+        strengths = np.where(dim, np.inf, np.abs(matrices).max(axis=(1, 2)))
+        return cls(matrices, grams.reshape(len(grams), -1), strengths)
+
+    def lightest(self, arrays: WishArrays) -> Array:
+        """Per unknown (R,): the least pull of its cells, see ``least_squares.pull_of``."""
+        squared = np.minimum(_positive(arrays.target_weights), _positive(arrays.link_weights))
+        return (squared * self.strengths).min(axis=1)
+
+
+def recompiled_row(
+    problem: TiedProblem, row: int, item: int, arrays: WishArrays, known: Known, gram: Array
+) -> TiedProblem:
+    """``problem`` with one reflectance's target or weight changed; its links must be as before."""
+    n = problem.linear.shape[1]
+    hessians, linear = problem.hessians, problem.linear.copy()
+    weights = arrays.target_weights[item] + arrays.link_weights[item]
+    hessian = (weights @ known.grams).reshape(n, n) + gram
+    hessian[np.diag_indices(n)] += RIDGE * max(float(np.diagonal(hessian).mean()), 1e-12)
+    hessians[row] = hessian
+    linear[row] = -(arrays.target_weights[item, :, None] * arrays.targets[item]).ravel() @ known.matrices.reshape(-1, n)
+    return replace(problem, hessians=hessians, linear=linear, lightest=_lightest_row(problem, row, item, arrays, known))
+
+
+def _lightest_row(problem: TiedProblem, row: int, item: int, arrays: WishArrays, known: Known) -> Array | None:
+    if problem.lightest is None:
+        return None
+    lightest = problem.lightest.copy()
+    squared = np.minimum(_positive(arrays.target_weights[item]), _positive(arrays.link_weights[item]))
+    lightest[row] = (squared * known.strengths).min()
+    return lightest
 
 
 def compiled(
@@ -95,7 +139,7 @@ def compiled(
     items = tuple(k for k, item in enumerate(listed) if item.free)
     rows = np.array(items)
     hessians = ((arrays.target_weights + arrays.link_weights)[rows] @ known.grams).reshape(-1, n, n)
-    hessians += roughness_gram(problem, wishes, side)
+    hessians += smoothness_gram(problem, wishes, side)
     index = np.arange(n)
     trace = hessians[:, index, index].mean(axis=1, keepdims=True)
     hessians[:, index, index] += RIDGE * np.maximum(trace, 1e-12)
@@ -103,14 +147,25 @@ def compiled(
     linear = -pulls @ known.matrices.reshape(-1, n)
     bounds = problem.reflectance_bounds if side == "reflectances" else problem.light_bounds
     ties, color_hessian, color_linear = _ties(arrays, known, state, side, rows)
-    return items, TiedProblem(hessians, linear, ties, color_hessian, color_linear, bounds, arrays.boxes)
+    lightest = known.lightest(arrays)[rows]
+    return items, TiedProblem(hessians, linear, ties, color_hessian, color_linear, bounds, arrays.boxes, lightest)
 
 
-def roughness_gram(problem: PaletteProblem, wishes: Wishes, side: Side) -> Array:
-    """ω_D² DᵀD, (n, n)."""
-    unit = wishes.smoothness * (REFERENCE_STEP_NM if side == "lights" else 1.0)
-    operator = unit * second_differences(problem.grid, problem.smoothness_operator)
-    return operator.T @ operator
+def _positive(weights: Array) -> Array:
+    """Weights, infinite where there is none."""
+    return np.where(weights > 0, weights, np.inf)
+
+
+def smoothness_gram(problem: PaletteProblem, wishes: Wishes, side: Side) -> Array:
+    """ω_D² DᵀD, (n, n), of one spectrum of a side."""
+    unit = REFERENCE_STEP_NM if side == "lights" else 1.0
+    return _roughness_gram(problem.grid, problem.smoothness_operator, unit * wishes.smoothness)
+
+
+@lru_cache(maxsize=64)
+def _roughness_gram(grid: SpectralGrid, operator: str, weight: float) -> Array:
+    rows = weight * second_differences(grid, operator)
+    return rows.T @ rows
 
 
 def _ties(

@@ -8,7 +8,7 @@ to leave reflectances room below 1.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from enum import StrEnum
 from typing import Literal, Self
@@ -285,8 +285,15 @@ class PaletteProblem:
 
     def with_cell(self, index: CellIndex, cell: Cell) -> Self:
         """The same problem with one cell replaced."""
+        return self.with_cells({index: cell})
+
+    def with_cells(self, wishes: Mapping[CellIndex, Cell]) -> Self:
+        """The same problem with some cells replaced. Raises InvalidInputError for cells outside the table."""
         rows = [list(row) for row in self.cells]
-        rows[index[0]][index[1]] = cell
+        for (i, j), cell in wishes.items():
+            if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
+                raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
+            rows[i][j] = cell
         return replace(self, cells=tuple(map(tuple, rows)))
 
 

@@ -8,20 +8,21 @@ It moves its limit of 7×7 colors for 31 samples to past 9×9.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.distinct_cells import wants_distinct
-from spectral_core.palette.phase import PhaseBuilder, Side
+from spectral_core.palette.phase import Phase, PhaseBuilder, Side
 from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.state import PaletteState, initial_state
 from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.palette.worst_case import RowKey, worst_case_shares
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,8 @@ class SolveTrace:
     engines: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
     rounds: int = 0
+    worst_case_left: float | None = None
+    """By how much the largest robust error may still exceed the least possible, relative; None where not asked."""
     timings: dict[str, float] = field(default_factory=dict)
 
     def add(self, side: Side, answer: PhaseAnswer, seconds: float) -> None:
@@ -50,10 +53,13 @@ class SolveTrace:
         self.timings[side] = self.timings.get(side, 0.0) + seconds
 
 
-def solve_palette(problem: PaletteProblem, *, warm: PaletteSolution | None = None) -> PaletteSolution:
+def solve_palette(
+    problem: PaletteProblem, *, warm: PaletteSolution | None = None, explain: bool = True
+) -> PaletteSolution:
     """Spectra that come as near to all wishes as the bounds allow.
 
     ``warm``: an earlier solution of a like problem; where the unknowns have the same shapes its spectra are the start.
+    ``explain``: look for the cells that conflict where wishes are missed; takes some tens of solves.
     Never raises for a hopeless wish: the solution's ``status``, ``remedy`` and ``conflicts`` say so.
     """
     if wants_distinct(problem):
@@ -65,9 +71,30 @@ def solve_palette(problem: PaletteProblem, *, warm: PaletteSolution | None = Non
     builder = PhaseBuilder(problem, wishes)
     state = initial_state(problem, None if warm is None else warm.state)
     trace = SolveTrace(notes=list(wishes.notes))
+    if problem.scale_lights:
+        state = brightened_to_fit(builder, state, trace)
     state = alternate(builder, state, trace)
     trace.timings["total"] = perf_counter() - started
-    return reported(builder, state, trace)
+    solution = reported(builder, state, trace)
+    if not explain:
+        return solution
+    from spectral_core.palette.conflicts import with_conflicts
+
+    return with_conflicts(solution)
+
+
+def brightened_to_fit(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> PaletteState:
+    """All lights times the largest reflectance that a design without upper bound has, if above it (section 5.5)."""
+    low, high = builder.problem.reflectance_bounds
+    open_ended = PhaseBuilder(replace(builder.problem, reflectance_bounds=(low, np.inf)), builder.wishes)
+    answer = solve_phase(open_ended.build("reflectances", state, soft=True).problem)
+    largest = max((float(values.max()) for values in answer.blocks), default=0.0)
+    if not np.isfinite(high) or largest <= high:
+        return state
+    trace.notes.append(
+        f"all lights were made {largest / high:.3g} times brighter so that reflectances fit below {high:g}"
+    )
+    return state.brightened(largest / high)
 
 
 def alternate(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, rounds: int | None = None) -> PaletteState:
@@ -102,18 +129,33 @@ def half_round(
 ) -> tuple[PaletteState, float, float]:
     """One phase: the new state, its sum of squares, and the root mean square of its color rows."""
     started = perf_counter()
+    solved = [_solved(builder, side, state, perceptual=perceptual)]
+    if builder.problem.robustness == "worst_case" and len(builder.wishes.conditions) > 1:
+
+        def again() -> dict[RowKey, float]:
+            solved[0] = _solved(builder, side, state, perceptual=perceptual)
+            phase, answer, found = solved[0]
+            return builder.robust_rows(phase, answer.colors, found)
+
+        left = worst_case_shares(again, builder.shares)
+        trace.worst_case_left = left if left is not None else trace.worst_case_left
+    phase, answer, state = solved[0]
+    squares = 2 * phase.problem.objective(np.concatenate([answer.colors.ravel(), *answer.blocks]))
+    trace.add(side, answer, perf_counter() - started)
+    return state, squares, builder.color_rms(state)
+
+
+def _solved(
+    builder: PhaseBuilder, side: Side, state: PaletteState, *, perceptual: bool
+) -> tuple[Phase, PhaseAnswer, PaletteState]:
+    """The phase, its answer and the state with it; exact cells as rows where they cannot all hold."""
     phase = builder.build(side, state, perceptual=perceptual)
-    answer = solve_phase(phase.problem)
-    if not answer.check.passed and phase.problem.equalities[0].shape[0]:
+    answer = solve_phase(phase.problem, start=builder.last_colors.get(side))
+    builder.last_colors[side] = answer.colors
+    if not answer.check.passed and phase.problem.has_equalities:
         phase = builder.build(side, state, perceptual=perceptual, soft=True)
         elastic = solve_phase(phase.problem)
-        answer = PhaseAnswer(
-            elastic.blocks, elastic.colors, elastic.check, elastic.engines, True, (*answer.notes, *elastic.notes)
-        )
+        answer = replace(elastic, infeasible=True, notes=(*answer.notes, *elastic.notes))
     values = dict(zip(phase.items, answer.blocks, strict=True))
-    state = state.with_reflectances(values) if side == "reflectances" else state.with_lights(values)
-    x = np.concatenate([answer.colors.ravel(), *answer.blocks])
-    matrix, target = phase.problem.rows
-    residual = matrix @ x - target
-    trace.add(side, answer, perf_counter() - started)
-    return state, float(residual @ residual), builder.color_rms(state)
+    found = state.with_reflectances(values) if side == "reflectances" else state.with_lights(values)
+    return phase, answer, found

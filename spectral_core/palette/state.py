@@ -91,6 +91,8 @@ def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> 
     state = _primaries_near_start(problem, state)
     if warm is None or not _same_shape(state, warm):
         return state
+    if not problem.scale_lights and warm.light_scale != 1.0:
+        warm = warm.brightened(1.0 / warm.light_scale)
     return replace(state, lights=warm.lights, reflectances=warm.reflectances, light_scale=warm.light_scale)
 
 

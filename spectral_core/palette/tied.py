@@ -43,22 +43,29 @@ class TiedProblem:
     color_linear: Array
     bounds: tuple[float, float]
     color_bounds: tuple[Array, Array]
+    lightest: Array | None = None
+    """(K,): as ``LinkedLeastSquares.scale`` has it, the gradient of an error of 1 in the lightest cell's color."""
 
     @cached_property
     def scale(self) -> Array:
-        """Natural size of each spectrum's gradient, (K,), as in ``LinkedLeastSquares.scale``."""
+        """What each spectrum's gradient is compared with, (K,), as in ``LinkedLeastSquares.scale``."""
         curvature = np.diagonal(self.hessians, axis1=1, axis2=2).max(axis=1)
         size = np.maximum(curvature, np.abs(self.linear).max(axis=1, initial=0.0))
-        return np.where(size > 0, size, 1.0)
+        size = np.where(size > 0, size, 1.0)
+        return size if self.lightest is None else np.minimum(size, self.lightest)
 
     def gradients(self, values: Array, colors: Array) -> tuple[Array, Array]:
         """Gradient by spectra (K, n) and by colors (q,)."""
         by_values = np.matmul(self.hessians, values[:, :, None])[:, :, 0] + self.linear
         if colors.size == 0:
             return by_values, np.zeros(0)
-        by_values -= np.tensordot(colors, self.ties, (0, 1))
-        by_colors = self.color_hessian @ colors - self.color_linear - np.einsum("kqn,kn->q", self.ties, values)
-        return by_values, by_colors
+        by_values -= colors @ self.ties
+        return by_values, self.color_gradient(values, colors)
+
+    def color_gradient(self, values: Array, colors: Array) -> Array:
+        """Gradient by colors (q,)."""
+        pulls = np.matmul(self.ties, values[:, :, None]).sum(axis=0)[:, 0]
+        return self.color_hessian @ colors - self.color_linear - pulls
 
     def kkt(self, values: Array, colors: Array) -> float:
         """Scaled projected-gradient residual, as ``least_squares.checked`` has it."""
@@ -66,7 +73,7 @@ class TiedProblem:
         moved = np.clip(values - by_values / self.scale[:, None], *self.bounds)
         worst = float(np.abs(values - moved).max(initial=0.0))
         if colors.size:
-            size = max(float(np.diagonal(self.color_hessian).max()), float(np.abs(self.color_linear).max())) or 1.0
+            size = float(np.diagonal(self.color_hessian).min())
             moved_colors = np.clip(colors - by_colors / size, *self.color_bounds)
             worst = max(worst, float(np.abs(colors - moved_colors).max()))
         return worst
@@ -82,6 +89,11 @@ class TiedSolver:
         self._sensitivities = np.zeros((count, size, 0))
         self._free = np.zeros((count, size), dtype=bool)
 
+    def begin_at(self, colors: Array) -> None:
+        """Start the next solve from these free colors (q,); every spectrum must then be listed as changed."""
+        self.colors = colors
+        self._sensitivities = np.zeros((*self.values.shape, colors.size))
+
     def solve(self, problem: TiedProblem, changed: NDArray[np.intp], reshaped: NDArray[np.intp]) -> tuple[Array, Array]:
         """Spectra (K, n) and colors (q,) at the minimum.
 
@@ -92,11 +104,11 @@ class TiedSolver:
         if self.colors.size != groups:
             self.colors = np.zeros(groups)
             self._sensitivities = np.zeros((*self.values.shape, groups))
-            changed = np.arange(len(self.values))
+            changed = reshaped = np.arange(len(self.values))
         self._solve_some(problem, changed, set(reshaped.tolist()))
         if groups == 0:
             return self.values, self.colors
-        stale = changed
+        stale = np.union1d(reshaped, self._crossed(problem, changed)) if changed.size else changed
         for _ in range(STEPS):
             self._sense(problem, stale)
             settled, stale = self._search(problem, self._color_step(problem))
@@ -112,7 +124,7 @@ class TiedSolver:
         """
         values, colors = self.values.copy(), self.colors
         size = max(float(np.diagonal(problem.color_hessian).max()), float(np.abs(problem.color_linear).max()))
-        slope = float(step @ problem.gradients(values, colors)[1])
+        slope = float(step @ problem.color_gradient(values, colors))
         if slope >= 0:  # no way down is left but rounding
             return True, np.zeros(0, dtype=np.intp)
         steepest = -slope
@@ -124,7 +136,7 @@ class TiedSolver:
             if stale.size == 0 and part == 1.0:
                 return True, stale
             self._solve_some(problem, stale, set())
-            gradient = problem.gradients(self.values, self.colors)[1]
+            gradient = problem.color_gradient(self.values, self.colors)
             inner = np.clip(self.colors - gradient / size, *problem.color_bounds) - self.colors
             if np.abs(inner).max() < SETTLED:
                 return True, stale
@@ -141,12 +153,9 @@ class TiedSolver:
 
     def _solve_some(self, problem: TiedProblem, which: NDArray[np.intp], reshaped: set[int]) -> None:
         """Spectra at the present colors."""
-        if which.size:
-            shift = (
-                problem.linear - np.tensordot(self.colors, problem.ties, (0, 1)) if self.colors.size else problem.linear
-            )
-            for k in which.tolist():
-                self._solve_one(problem, k, shift[k], k in reshaped)
+        for k in which.tolist():
+            pull = problem.linear[k] - self.colors @ problem.ties[k] if self.colors.size else problem.linear[k]
+            self._solve_one(problem, k, pull, k in reshaped)
 
     def _solve_one(self, problem: TiedProblem, k: int, linear: Array, reshape: bool) -> None:
         import daqp
@@ -174,8 +183,15 @@ class TiedSolver:
         on_bounds = np.where(multipliers > 0, high, np.where(multipliers < 0, low, x))
         np.clip(on_bounds, low, high, out=self.values[k])
 
+    def _crossed(self, problem: TiedProblem, which: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Those spectra whose active bounds are not the ones that their sensitivities were computed with."""
+        free = (self.values[which] > problem.bounds[0]) & (self.values[which] < problem.bounds[1])
+        return which[(free != self._free[which]).any(axis=1)]
+
     def _sense(self, problem: TiedProblem, which: NDArray[np.intp]) -> None:
         """d(spectrum)/d(colors) with the active bounds held, for some spectra."""
+        if which.size == 0:
+            return
         free = (self.values[which] > problem.bounds[0]) & (self.values[which] < problem.bounds[1])
         held = problem.hessians[which] * (free[:, :, None] & free[:, None, :])
         index = np.arange(held.shape[1])
@@ -186,8 +202,8 @@ class TiedSolver:
 
     def _color_step(self, problem: TiedProblem) -> Array:
         """Newton step on the colors; a small bounded problem of its own where they are held in boxes."""
-        _, gradient = problem.gradients(self.values, self.colors)
-        hessian = problem.color_hessian - np.einsum("kqn,knp->qp", problem.ties, self._sensitivities, optimize=True)
+        gradient = problem.color_gradient(self.values, self.colors)
+        hessian = problem.color_hessian - np.matmul(problem.ties, self._sensitivities).sum(axis=0)
         index = np.diag_indices_from(hessian)
         hessian[index] += 1e-12 * max(float(np.diagonal(problem.color_hessian).max()), 1e-300)
         low, high = problem.color_bounds

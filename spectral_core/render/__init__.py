@@ -1,1 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+"""Rendering: a plan of what to simulate, Mitsuba to simulate it, in this process or in one of its own."""
+
+from spectral_core.render.plan import Decision, EffectPlan, plan_effects
+from spectral_core.render.process import RenderProcess
+from spectral_core.render.session import Progress, RenderResult, render_scene
+from spectral_core.render.variant import Backend, choose_backend, describe_backend
+from spectral_core.render.wavelengths import Bands
+
+__all__ = [
+    "Backend", "Bands", "Decision", "EffectPlan", "Progress", "RenderProcess", "RenderResult", "choose_backend",
+    "describe_backend", "plan_effects", "render_scene",
+]  # fmt: skip

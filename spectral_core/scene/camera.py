@@ -38,6 +38,7 @@ class Camera:
         object.__setattr__(self, "world_from_camera", affine("camera", self.world_from_camera))
         require_range("field_of_view_rad", self.field_of_view_rad, 1e-4, np.pi - 1e-4, " rad")
         require_range("aperture_radius", self.aperture_radius, 0.0, 1e9)
+        require_range("focus_distance", self.focus_distance, 1e-9, 1e12)
         if not 0 < self.near < self.far:
             raise InvalidInputError(f"camera clips at {self.near:g} and {self.far:g}; expected 0 < near < far")
 
@@ -48,6 +49,7 @@ class Film:
 
     ``crop``: (left, bottom, width, height) in pixels of the full frame, y upwards, or None. ``samples`` per pixel.
     ``pixel_aspect``: height of a pixel over its width. ``transparent``: surroundings are not seen by the camera.
+    ``filter_width``: full width of the pixel filter, in pixels. ``exposure``: factor on the linear picture.
     """
 
     width: int
@@ -59,6 +61,7 @@ class Film:
     transparent: bool = False
     filter_width: float = 1.5
     exposure: float = 1.0
+    filter_kind: Literal["blackman_harris", "box"] = "blackman_harris"
 
     def __post_init__(self) -> None:
         for name, value, most in (("width", self.width, 65536), ("height", self.height, 65536)):

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples and time of `auto` over uniform stepping with the same leaping, at equal SNR, per volume and function.
+
+Both are swept around 40, 50 and 60 dB on the whole picture and compared at that SNR exactly; times are the least
+processor time of several marches, taken in turns. Arguments: names of volumes.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from benchmarks import Options
+from benchmarks._volumes import Curve, all_volumes, reference
+from spectral_core.volume.plan import plan
+from spectral_core.volume.presets import preset
+from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.view import View
+
+FUNCTIONS = ("wide", "narrow", "opaque")
+
+
+def run(options: Options) -> dict[str, Any]:
+    rows = []
+    size = 96 if options.quick else 320
+    for number, volume in enumerate(all_volumes(options.quick, options.extra)):
+        renderer = VolumeRenderer(volume)
+        view = View.around(volume, 20.0 + 37.0 * number, 15.0 + 11.0 * (number % 5), width=size, height=size)
+        for function in FUNCTIONS:
+            rows += compare(renderer, view, function, (40.0,) if options.quick else (40.0, 50.0, 60.0))
+    return report(rows)
+
+
+def compare(renderer: VolumeRenderer, view: View, function: str, targets: tuple[float, ...]) -> list[dict[str, Any]]:
+    """One row per target: share of samples and of processor time that `auto` takes of uniform stepping."""
+    transfer = preset(function, renderer.volume)
+    curve = Curve(renderer, view, transfer, reference(renderer, view, transfer, max(targets)))
+    rows = []
+    for target in targets:
+        chosen = plan(renderer, view, transfer, target)
+        base = chosen.trials[0].stepping
+        row: dict[str, Any] = {"volume": renderer.volume.name, "function": function, "db": target}
+        row |= {"rule": chosen.stepping.rule, "quadrature": chosen.stepping.quadrature}
+        if chosen.stepping == base:
+            row |= {"samples": 1.0, "time": 1.0}
+        else:
+            ours, uniform = curve.at(chosen.stepping, target), curve.at(base, target)
+            ways = [Stepping(w.rule, w.quadrature, at["scale"]) for w, at in ((chosen.stepping, ours), (base, uniform))]
+            times = interleaved(renderer, view, transfer, ways)
+            row |= {"samples": ours["samples"] / uniform["samples"], "time": times[0] / times[1]}
+        rows.append(row)
+        print(f"{row['volume']:15} {function:7} {target:.0f} dB  {row['rule']:8} {row['quadrature']:14}"
+              f" samples {row['samples']:.2f}  time {row['time']:.2f}", flush=True)  # fmt: skip
+    return rows
+
+
+def interleaved(
+    renderer: VolumeRenderer, view: View, transfer: Any, ways: list[Stepping], rounds: int = 5
+) -> list[float]:
+    """Least processor seconds of each way, taken in turns: the machine may be busy, the ratio holds."""
+    best = [np.inf] * len(ways)
+    for _ in range(rounds + 1):  # the first compiles
+        for i, way in enumerate(ways):
+            start = time.process_time()
+            renderer.render(view, transfer, way)
+            best[i] = min(best[i], time.process_time() - start)
+    return best
+
+
+def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    figures: dict[str, Any] = {"cases": len(rows)}
+    for what in ("samples", "time"):
+        values = np.array([row[what] for row in rows])
+        narrow = np.array([row[what] for row in rows if row["function"] == "narrow"])
+        figures |= {f"{what}_median": float(np.median(values)), f"{what}_worst": float(values.max())}
+        figures[f"{what}_median_narrow"] = float(np.median(narrow))
+        print(f"{what}: median {np.median(values):.2f}, worst {values.max():.2f}, narrow {np.median(narrow):.2f}")
+    return figures | {"rows": rows}

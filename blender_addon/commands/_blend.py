@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What commands on a .blend file share: a Blender without a window, the file in it, the arguments that change it."""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.scene import Scene
+
+
+def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments that stand for settings of the file."""
+    parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the file to read; it is not changed")
+    parser.add_argument("--samples", type=int, metavar="N", help="light paths per pixel, instead of the file's")
+    parser.add_argument("--seed", type=int, metavar="N", help="start of the random numbers, instead of the file's")
+    parser.add_argument("--percentage", type=int, metavar="P", help="size of the picture in percent of the file's")
+    parser.add_argument(
+        "--transport", choices=["auto", "rgb", "spectral"], help="how light is carried, instead of the file's choice"
+    )
+    parser.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="EFFECT=VALUE",
+        help="a decision of the plan to take over, e.g. bounces=4; `spectral-scene plan` lists them",
+    )  # fmt: skip
+    parser.add_argument("--variant", choices=["llvm", "cuda", "scalar"], help="what traces: default the best there is")
+
+
+def open_scene(arguments: argparse.Namespace) -> Any:
+    """Open the file and set the engine and the arguments; returns ``bpy.context.scene``.
+
+    Raises MissingDependencyError without Blender's Python module, FileFormatError for what is no .blend file.
+    """
+    path = arguments.scene.expanduser().resolve()
+    if not path.is_file():
+        raise InvalidInputError(f"there is no file {path}; name the .blend file to render")
+    bpy = _bpy()
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+    except RuntimeError as error:
+        raise FileFormatError(f"{path.name} cannot be opened: {str(error).strip().removeprefix('Error: ')}") from error
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL"
+    settings = scene.spectral.render
+    for name in ("samples", "seed"):
+        value = getattr(arguments, name)
+        if value is not None:
+            if value < (1 if name == "samples" else 0):
+                raise InvalidInputError(f"--{name} is {value}; expected at least {1 if name == 'samples' else 0}")
+            setattr(settings, name, value)
+    if arguments.percentage is not None:
+        scene.render.resolution_percentage = arguments.percentage
+    if arguments.transport is not None:
+        settings.transport = arguments.transport.upper()
+    for text in arguments.overrides:
+        _override(settings, text)
+    if scene.camera is None:
+        raise InvalidInputError(f"the scene {scene.name!r} of {path.name} has no camera; add one to it and save it")
+    return scene
+
+
+def _override(settings: Any, text: str) -> None:
+    effect, separator, value = text.partition("=")
+    if not separator or not effect or not value:
+        raise InvalidInputError(f"--set {text!r} is not of the form EFFECT=VALUE, for example --set bounces=4")
+    entry = settings.overrides.get(effect) or settings.overrides.add()
+    entry.name, entry.value = effect, value
+
+
+def _bpy() -> Any:
+    """Blender's Python module with the extension enabled, its console chatter kept off standard output."""
+    try:
+        import bpy
+    except ImportError as error:
+        raise MissingDependencyError.package("bpy", "reading .blend files outside Blender", "blender") from error
+    if not hasattr(bpy.types.Scene, "spectral"):
+        import blender_addon
+
+        blender_addon.register()
+    return bpy
+
+
+def missing_files() -> list[str]:
+    """Notes on linked libraries that were not found: what came from them is missing in the picture."""
+    import bpy
+
+    return [
+        f"{library.name}: the linked library {library.filepath} was not found; what it held is missing"
+        for library in bpy.data.libraries
+        if not Path(bpy.path.abspath(library.filepath)).is_file()
+    ]
+
+
+def with_variant(scene: Scene, variant: str | None) -> Scene:
+    """The scene, to be traced by the variant that the command line names."""
+    return scene if variant is None else replace(scene, settings=replace(scene.settings, variant=variant))
+
+
+def blender_message(error: RuntimeError) -> str:
+    """What an operator's error says, without the word Error and without saying it twice."""
+    lines = [line.strip().removeprefix("Error: ") for line in str(error).splitlines() if line.strip()]
+    return "; ".join(dict.fromkeys(lines))
+
+
+@contextmanager
+def chatter_to_stderr() -> Iterator[None]:
+    """Within it whatever Blender prints goes to standard error, so that standard output is the command's own."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        ctypes.CDLL(None if os.name == "posix" else "msvcrt").fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a .blend file as F12 does, without a window: PNG through the file's view transform, or EXR."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
+
+from . import _blend
+
+FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    _blend.add_scene_arguments(parser)
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE",
+        help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; of an animation FILE_0001.png …",
+    )  # fmt: skip
+    frames = parser.add_mutually_exclusive_group()
+    frames.add_argument("--frame", type=int, metavar="N", help="frame to render; default the file's current one")
+    frames.add_argument("--animation", action="store_true", help="render every frame of the file's range")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Render; exit status 0 where every frame was finished."""
+    start = time.perf_counter()
+    out = arguments.out or Path(arguments.scene.with_suffix(".png").name)
+    if out.suffix.lower() not in FORMATS:
+        raise InvalidInputError(f"{out.name} ends in {out.suffix!r}; expected one of {', '.join(FORMATS)}")
+    with _blend.chatter_to_stderr():
+        scene = _blend.open_scene(arguments)
+        frames = _frames(arguments, scene)
+        written = [_render_frame(arguments, scene, frame, out) for frame in frames]
+    report = {
+        "files": [entry["file"] for entry in written],
+        "frames": written,
+        "colors": _colors(scene, out),
+        "notes": list(
+            dict.fromkeys([*_blend.missing_files(), *(note for entry in written for note in entry.pop("notes"))])
+        ),
+        "seconds": round(time.perf_counter() - start, 3),
+    }
+    for entry in written:
+        print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
+        print(f"{entry['transport']} ({entry['variant']})")
+    print(f"colors: {report['colors']}")
+    for note in report["notes"]:
+        print(f"note: {note}")
+    if arguments.json:
+        print(json.dumps(report))
+    return 0
+
+
+def _frames(arguments: argparse.Namespace, scene: Any) -> list[int]:
+    if arguments.animation:
+        return list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
+    return [scene.frame_current if arguments.frame is None else arguments.frame]
+
+
+def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Path) -> dict[str, Any]:
+    """Render a frame and write it; raises RenderError with the engine's own words where it failed."""
+    import bpy
+
+    from .. import jobs
+
+    path = (_numbered(out, frame) if arguments.animation else out).expanduser().resolve()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scene.frame_set(frame)
+    jobs.records.clear()
+    wanted = jobs.RenderRequest(translated=lambda given: _blend.with_variant(given, arguments.variant))
+    with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:
+        # Blender reads braces and hashes in a path as its own: it writes to a plain one
+        plain = Path(folder) / f"frame{path.suffix.lower()}"
+        _choose_format(scene.render, plain)
+        try:
+            bpy.ops.render.render(write_still=True)
+        except RuntimeError as error:
+            raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
+        result = _finished(jobs.records, frame)
+        shutil.move(plain, path)
+    return {
+        "frame": frame,
+        "file": str(path),
+        "samples": result.samples,
+        "seconds": round(result.seconds, 3),
+        "transport": result.plan["transport"].value,
+        "variant": result.variant,
+        "notes": [f"{note.subject}: {note.message}" for note in result.notes],
+    }
+
+
+def _numbered(out: Path, frame: int) -> Path:
+    return out.with_name(f"{out.stem}_{frame:04d}{out.suffix}")
+
+
+def _choose_format(render: Any, path: Path) -> None:
+    """Set Blender's output to a file; an EXR holds 32-bit floats."""
+    from .. import compat
+
+    kind = FORMATS[path.suffix]
+    compat.set_image_format(render.image_settings, kind, **({"color_depth": "32"} if kind == "OPEN_EXR" else {}))
+    render.filepath, render.use_file_extension = str(path), False
+
+
+def _finished(records: list[Any], frame: int) -> Any:
+    """The result of the last view layer, where all of them were finished."""
+    if not records:
+        raise RenderError(f"frame {frame}: Blender did not start the render; its messages above say why")
+    for record in records:
+        if record.status == "failed":
+            raise RenderError(f"frame {frame}: {record.message}")
+        if record.status == "cancelled":
+            raise RenderCancelled(f"frame {frame} was stopped after {record.samples} samples")
+    return records[-1].result
+
+
+def _colors(scene: Any, out: Path) -> str:
+    """How colors were written, in words."""
+    from .. import compat
+
+    if out.suffix.lower() == ".exr":
+        import bpy
+
+        return f"scene-linear, {compat.working_space(bpy.data)}"
+    view = scene.view_settings
+    look = "" if view.look == "None" else f", look {view.look}"
+    return f"{scene.display_settings.display_device} through the file's view transform {view.view_transform}{look}"

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What differs between Blender 4.3, 5.0 and 5.2, asked of Blender itself: no version number is compared here."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+# RGB to XYZ of each scene-linear space that Blender offers, white adapted to D65 (Bradford), as its OpenColorIO
+# configuration does: only the product with sRGB's inverse is used, so a common scale does not matter.
+_REC709_FROM = {
+    "Linear Rec.709": np.eye(3),
+    "Linear Rec.2020": np.array(
+        [
+            [1.6604910, -0.5876411, -0.0728499],
+            [-0.1245505, 1.1328999, -0.0083494],
+            [-0.0181508, -0.1005789, 1.1187297],
+        ]
+    ),
+    "ACEScg": np.array(
+        [
+            [1.7050510, -0.6217921, -0.0832589],
+            [-0.1302564, 1.1408048, -0.0105483],
+            [-0.0240034, -0.1289690, 1.1529724],
+        ]
+    ),
+}
+
+
+def working_space(data: Any) -> str:
+    """Name of the scene-linear space of ``bpy.data``; before 5.0 it is always Rec.709."""
+    colorspace = getattr(data, "colorspace", None)
+    return "Linear Rec.709" if colorspace is None else str(colorspace.working_space)
+
+
+def rec709_from_working(name: str) -> NDArray[np.float64] | None:
+    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB, None where the space is not known."""
+    return _REC709_FROM.get(name)
+
+
+def node_tree(owner: Any) -> Any:
+    """Shader node tree of a material, world or light, or None where it uses none.
+
+    5.x warns that ``use_nodes`` is going: there a material and a world always use nodes.
+    """
+    tree = getattr(owner, "node_tree", None)
+    if tree is None:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return tree if getattr(owner, "use_nodes", True) else None
+
+
+def use_nodes(owner: Any) -> Any:
+    """The shader node tree of a new material, world or light, made where this Blender does not make it by itself."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        if owner.node_tree is None or not owner.use_nodes:
+            owner.use_nodes = True
+    return owner.node_tree
+
+
+def light_exposure_factor(light: Any) -> float:
+    """Factor of a light's exposure in stops; 1 where this Blender's lights have none."""
+    return float(2.0 ** getattr(light, "exposure", 0.0))
+
+
+def light_is_normalized(light: Any) -> bool:
+    """Whether a light's power is spread over its area, which before 4.5 it always is."""
+    return bool(getattr(light, "normalize", True))
+
+
+def light_temperature_k(light: Any) -> float | None:
+    """Blackbody temperature of a light in kelvin, None where it is not used or not known."""
+    return float(light.temperature) if getattr(light, "use_temperature", False) else None
+
+
+def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
+    """Choose how a render is saved: from 5.0 on the kind of media must be chosen before the format."""
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE" if file_format == "OPEN_EXR_MULTILAYER" else "IMAGE"
+    settings.file_format = file_format
+    for name, value in options.items():
+        setattr(settings, name, value)

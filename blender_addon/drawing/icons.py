@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures as icons that panels can draw: made when first drawn, kept by content, the oldest forgotten.
+
+Panels have no custom widgets, but an icon may be any picture; so a curve in a panel is an icon.
+"""
+
+import bpy
+import bpy.utils.previews
+import numpy as np
+
+from ..properties.spectrum import kind_in, stored_samples
+from .curve_image import curve_picture, swatch_picture
+
+KEPT = 512
+"""More than a 15 × 15 table shows; a drag of a slider makes a few dozen per solve."""
+
+_previews = None
+
+
+def _icon(key: str, make) -> int:
+    """Icon number of the picture that ``make()`` gives, made only if it is not kept."""
+    if _previews is None:
+        return 0
+    found = _previews.get(key)
+    if found is None:
+        while len(_previews) >= KEPT:
+            del _previews[next(iter(_previews))]
+        picture = make()
+        found = _previews.new(key)
+        found.image_size = picture.shape[1], picture.shape[0]
+        found.image_pixels_float.foreach_set(np.ascontiguousarray(picture).ravel())
+    return found.icon_id
+
+
+def curve_icon(spectral, size: int = 128) -> int:
+    """Icon of the curve of a stored spectrum; 0 (no icon) where nothing is stored."""
+    wavelengths, values = stored_samples(spectral)
+    if not wavelengths.size:
+        return 0
+    kind = kind_in(spectral)
+    key = f"{kind} {size} {hash((wavelengths.tobytes(), values.tobytes()))}"
+    return _icon(key, lambda: curve_picture(wavelengths, values, kind, size))
+
+
+def swatch_icon(display_rgb) -> int:
+    """Icon of one color, sRGB (3,)."""
+    shown = np.round(np.clip(np.asarray(display_rgb, dtype=np.float64), 0, 1) * 255)
+    return _icon("swatch " + " ".join(f"{channel:.0f}" for channel in shown), lambda: swatch_picture(shown / 255))
+
+
+def register() -> None:
+    """Make room for icons."""
+    global _previews
+    _previews = bpy.utils.previews.new()
+
+
+def unregister() -> None:
+    """Give the icons back."""
+    global _previews
+    if _previews is not None:
+        bpy.utils.previews.remove(_previews)
+    _previews = None

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The palette's spectra over the 3D view: all lights in one plot, all materials in another, the selected ones thick.
+
+Only this module uses the graphics card, only while Blender draws, and the geometry comes from ``curve_plot``.
+"""
+
+import bpy
+import numpy as np
+
+from ..properties.spectrum import stored_samples
+from .curve_image import value_range
+from .curve_plot import Plot, side_by_side
+
+MARGIN = 16.0
+FONT = 0
+BACKGROUND = (0.08, 0.08, 0.09, 0.82)
+TICK = (1.0, 1.0, 1.0, 0.14)
+TEXT = (1.0, 1.0, 1.0, 0.75)
+DISTINCT_COLORS = (
+    (0.95, 0.95, 0.95), (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.00, 0.72, 0.52), (0.94, 0.89, 0.26),
+    (0.25, 0.55, 0.95), (0.95, 0.45, 0.15), (0.90, 0.55, 0.75),
+)  # fmt: skip
+"""After Okabe and Ito 2008, brightened for a dark background."""
+
+_handler = None
+
+
+def draw() -> None:
+    """Called by Blender after it has drawn the 3D view."""
+    import gpu
+
+    palette = bpy.context.scene.spectral.palette
+    if not palette.show_curves or not len(palette.lights):
+        return
+    region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
+    tools = next((each.width for each in bpy.context.area.regions if each.type == "TOOLS"), 0)
+    sidebar = next((each.width for each in bpy.context.area.regions if each.type == "UI"), 0)
+    sides = [
+        ("illuminant", palette.lights, palette.active_column),
+        ("reflectance", palette.materials, palette.active_row),
+    ]
+    curves = [[stored_samples(entry.result) for entry in entries] for _, entries, _ in sides]
+    ranges = [_range(known, kind) for known, (kind, _, _) in zip(curves, sides, strict=True)]
+    room = (region.width - tools - sidebar, region.height)
+    for plot, known, (_, entries, active) in zip(
+        side_by_side(room, ranges, MARGIN * scale), curves, sides, strict=False
+    ):
+        moved = Plot(plot.x + tools, plot.y, plot.width, plot.height, plot.low, plot.high)
+        _draw_plot(moved, [(e.name, *c) for e, c in zip(entries, known, strict=True)], active, scale)
+    gpu.state.blend_set("NONE")
+
+
+def _range(known, kind: str) -> tuple[float, float]:
+    values = [each for _, each in known if each.size]
+    low, high = value_range(np.concatenate(values) if values else np.zeros(1), kind)
+    return low, high + 0.05 * (high - low)
+
+
+def line_color(number: int) -> tuple[float, float, float, float]:
+    """Color of a curve by its place in the table: told apart also by color-blind eyes, unlike the spectra's own colors,
+    which a palette makes equal on purpose."""
+    return (*DISTINCT_COLORS[number % len(DISTINCT_COLORS)], 1.0)
+
+
+def _draw_plot(plot: Plot, curves, active: int, scale: float) -> None:
+    import blf
+
+    _draw_triangles(plot.corners(), BACKGROUND)
+    blf.size(FONT, 11 * scale)
+    for mark, ends in plot.ticks():
+        _draw_line(ends, TICK, 1.0)
+        _write(f"{mark} nm", ends[0, 0] + 3 * scale, plot.y + 4 * scale, TEXT)
+    order = sorted(range(len(curves)), key=lambda number: number == active)  # the selected one on top
+    for number in order:
+        _, wavelengths, values = curves[number]
+        if wavelengths.size:
+            _draw_line(plot.line(wavelengths, values), line_color(number), (3.0 if number == active else 1.4) * scale)
+    x = plot.x
+    for number, (name, _, _) in enumerate(curves):
+        _write(name, x, plot.y + plot.height + 6 * scale, line_color(number))
+        x += blf.dimensions(FONT, name)[0] + 12 * scale
+        if x > plot.x + plot.width:
+            break
+
+
+def _write(text: str, x: float, y: float, color) -> None:
+    import blf
+
+    blf.color(FONT, *color)
+    blf.position(FONT, x, y, 0)
+    blf.draw(FONT, text)
+
+
+def _draw_triangles(points, color) -> None:
+    import gpu
+    from gpu_extras.batch import batch_for_shader
+
+    gpu.state.blend_set("ALPHA")  # each time: drawing text sets it back
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    shader.uniform_float("color", color)
+    batch_for_shader(shader, "TRIS", {"pos": points.astype(np.float32)}).draw(shader)
+
+
+def _draw_line(points, color, width: float) -> None:
+    import gpu
+    from gpu_extras.batch import batch_for_shader
+
+    gpu.state.blend_set("ALPHA")  # each time: drawing text sets it back
+    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+    shader.uniform_float("lineWidth", width)
+    shader.uniform_float("color", color)
+    flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1).astype(np.float32)
+    batch_for_shader(shader, "LINE_STRIP", {"pos": flat}).draw(shader)
+
+
+def register() -> None:
+    """Draw after the 3D view."""
+    global _handler
+    if not bpy.app.background:
+        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")
+
+
+def unregister() -> None:
+    """Draw no more."""
+    global _handler
+    if _handler is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
+    _handler = None

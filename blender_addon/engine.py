@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine ``SPECTRAL``: Blender asks for a picture, a process of its own renders it."""
+
+from __future__ import annotations
+
+import traceback
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import RenderCancelled, SpectralError
+from spectral_core.render import Progress, RenderResult
+
+from . import compat, jobs
+from .translate.scene import translate_scene
+
+BL_IDNAME = "SPECTRAL"
+SHOWN_NOTES = 5
+"""Notes in the window; all of them are in the record and on the console."""
+
+
+class SpectralRenderEngine(bpy.types.RenderEngine):
+    """Spectral path tracing. No ``__init__``: what it must take differs between Blender versions."""
+
+    bl_idname = BL_IDNAME
+    bl_label = "Spectral"
+    bl_use_preview = False
+    bl_use_eevee_viewport = True
+    bl_use_shading_nodes_custom = False
+
+    def render(self, depsgraph: Any) -> None:
+        """Called once per view layer, on a thread of Blender's: nothing here may write to the file's data.
+
+        Blender swallows an exception here and calls the render finished, so every one becomes an error of the render
+        and an entry of ``jobs.records``.
+        """
+        frame, layer = depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name
+        try:
+            result = self._render(depsgraph)
+            jobs.record(
+                jobs.RenderRecord(frame, layer, result.status, "", result.notes, result.samples, result.seconds, result)
+            )
+            self._tell(result)
+        except RenderCancelled as stopped:
+            self._write_nothing(layer)
+            jobs.record(jobs.RenderRecord(frame, layer, "cancelled", str(stopped)))
+        except SpectralError as error:
+            self._fail(frame, layer, str(error))
+        except Exception as error:
+            traceback.print_exc()
+            self._fail(frame, layer, f"the render stopped on an error of ours ({type(error).__name__}: {error})")
+
+    def _render(self, depsgraph: Any) -> RenderResult:
+        self.update_stats("", "Translating the scene")
+        scene = translate_scene(depsgraph, camera=self.camera_override)
+        wanted = jobs.current_request()
+        if wanted.translated is not None:
+            scene = wanted.translated(scene)
+        if self._should_stop():
+            raise RenderCancelled("stopped before the first sample")
+        self.update_stats("", "Starting the renderer")
+        layer = depsgraph.view_layer_eval.name
+        working_from_rgb = _working_from_rgb()
+
+        def show(progress: Progress) -> None:
+            self._write(progress.pixels, layer, working_from_rgb, transparent=scene.film.transparent)
+            self.update_progress(progress.samples / progress.total)
+            self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}")
+
+        result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **wanted.options)
+        self._write(result.pixels, layer, working_from_rgb, transparent=scene.film.transparent)
+        return result
+
+    def _should_stop(self) -> bool:
+        """Whether the user has asked to stop."""
+        return bool(self.test_break())
+
+    def _write(
+        self,
+        pixels: NDArray[np.float32],
+        layer: str,
+        working_from_rgb: NDArray[np.float64] | None,
+        *,
+        transparent: bool,
+    ) -> None:
+        """Show the picture so far, in Blender's scene-linear space, alpha associated."""
+        height, width = pixels.shape[:2]
+        result = self.begin_result(0, 0, width, height, layer=layer)
+        combined = result.layers[0].passes.find_by_name("Combined", "") if result.layers else None
+        if combined is not None:
+            shown = np.array(pixels, dtype=np.float32)
+            if working_from_rgb is not None:
+                shown[..., :3] = pixels[..., :3] @ working_from_rgb.T.astype(np.float32)
+            if not transparent:
+                shown[..., 3] = 1.0
+            combined.rect.foreach_set(shown.ravel())
+        self.end_result(result)
+
+    def _tell(self, result: RenderResult) -> None:
+        """Notes to the user: what is shown as something near to it."""
+        for note in result.notes:
+            print(f"spectral: {note.subject}: {note.message}")
+        shown = [f"{note.subject}: {note.message}" for note in result.notes[:SHOWN_NOTES]]
+        if len(result.notes) > SHOWN_NOTES:
+            shown.append(f"and {len(result.notes) - SHOWN_NOTES} more notes on the console")
+        if shown:
+            self.report({"WARNING"}, "\n".join(shown))
+
+    def _write_nothing(self, layer: str) -> None:
+        """An empty picture: Blender 5.0 crashes when it saves an EXR of a render that never had a result."""
+        result = self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=layer)
+        self.end_result(result)
+
+    def _fail(self, frame: int, layer: str, message: str) -> None:
+        self._write_nothing(layer)
+        jobs.record(jobs.RenderRecord(frame, layer, "failed", message))
+        self.error_set(message)  # the text in the image editor
+        self.report({"ERROR"}, message)  # what makes the operator fail, also in an animation
+
+
+def _working_from_rgb() -> NDArray[np.float64] | None:
+    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None where they are the same."""
+    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
+    return None if matrix is None or np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(seconds, 60)
+    return f"{int(minutes)}:{rest:04.1f} min" if minutes else f"{rest:.1f} s"
+
+
+# Panels of EEVEE that show nothing of EEVEE's own: what every camera, light, material and world has.
+EEVEE_PANELS = (
+    "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_EEVEE_light", "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_volume", "EEVEE_WORLD_PT_surface", "NODE_DATA_PT_EEVEE_light",
+    "RENDER_PT_eevee_film",
+)  # fmt: skip
+
+
+def _shared_panels() -> list[Any]:
+    """Blender's own panels that make sense for this engine; each holds a set of engines of its own."""
+    return [
+        panel
+        for panel in bpy.types.Panel.__subclasses__()
+        if "COMPAT_ENGINES" in vars(panel)
+        and ("BLENDER_RENDER" in panel.COMPAT_ENGINES or panel.__name__ in EEVEE_PANELS)
+    ]
+
+
+def register() -> None:
+    """Register the engine and show Blender's own panels for it."""
+    bpy.utils.register_class(SpectralRenderEngine)
+    for panel in _shared_panels():
+        panel.COMPAT_ENGINES.add(BL_IDNAME)
+
+
+def unregister() -> None:
+    """Take the engine and its mark on the panels away."""
+    for panel in _shared_panels():
+        panel.COMPAT_ENGINES.discard(BL_IDNAME)
+    bpy.utils.unregister_class(SpectralRenderEngine)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the operators of this extension share."""
+
+import functools
+
+from spectral_core.errors import SpectralError
+
+UNDOABLE = {"REGISTER", "UNDO"}
+
+
+def reporting(execute):
+    """An error that this project raises on purpose becomes one line for the artist, and the operator is cancelled."""
+
+    @functools.wraps(execute)
+    def reported(self, context):
+        try:
+            return execute(self, context) or {"FINISHED"}
+        except (SpectralError, OSError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    return reported
+
+
+def palette_in(context):
+    """The palette of the scene that is being looked at."""
+    return context.scene.spectral.palette
+
+
+def require_index(what: str, index: int, count: int) -> int:
+    """``index`` when 0 <= index < count; else InvalidInputError."""
+    from spectral_core.errors import InvalidInputError
+
+    if not 0 <= index < count:
+        raise InvalidInputError(f"there is no {what} {index}; the palette has {count}, counted from 0")
+    return index

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Palettes, spectra and swatches to and from files."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper, ImportHelper
+
+from spectral_core.errors import InvalidInputError
+
+from ..properties import live, palette_load, palette_solve
+from ..properties.palette_problem import palette_problem
+from ..properties.spectrum import spectrum_of
+from .common import UNDOABLE, palette_in, reporting
+
+
+class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
+    """Replace the palette by one from a TOML or JSON file, and solve it"""
+
+    bl_idname = "spectral.palette_import"
+    bl_label = "Import Palette"
+    bl_options = UNDOABLE
+    filename_ext = ".toml"
+    filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.palette.files import read_palette
+
+        palette = palette_in(context)
+        notes = palette_load.store_problem(palette, read_palette(self.filepath))
+        for note in notes:
+            self.report({"WARNING"}, note)
+        if palette_solve.solve_scene(context.scene) is None:
+            self.report({"WARNING"}, palette.message)
+        live.redraw()
+
+
+class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
+    """Write the wishes of the palette as TOML or JSON"""
+
+    bl_idname = "spectral.palette_export"
+    bl_label = "Export Palette"
+    filename_ext = ".toml"
+    filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
+    check_extension = None
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.palette.files import write_palette
+
+        write_palette(self.filepath, palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}")
+
+
+FORMATS = [
+    ("csv", "CSV", "All spectra in one table", 0),
+    ("spdx", "SPDX", "IES TM-27-14, one file for each spectrum", 1),
+    ("spd", "SPD", "For Mitsuba, one file for each spectrum", 2),
+]
+
+
+class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
+    """Write the spectra of the solved palette: one CSV, or one SPDX or SPD file for each"""
+
+    bl_idname = "spectral.spectra_export"
+    bl_label = "Export Spectra"
+    filename_ext = ""
+    check_extension = None
+    file_format: EnumProperty(name="Format", items=FORMATS)
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.spectra_files import write_spectra
+
+        palette = palette_in(context)
+        spectra = [spectrum_of(entry, "result") for entry in (*palette.lights, *palette.materials)]
+        if None in spectra or not spectra:
+            raise InvalidInputError("the palette is not solved yet; press Solve first")
+        path = Path(self.filepath).with_suffix(f".{self.file_format}")
+        if self.file_format == "csv":
+            write_spectra(path, spectra)
+            return
+        for spectrum in spectra:
+            plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in spectrum.name)
+            write_spectra(path.with_name(f"{path.stem}_{plain}{path.suffix}"), [spectrum])
+        self.report({"INFO"}, f"{len(spectra)} files written beside {path.name}")
+
+
+class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
+    """Write the colors of the table for painting programs: Adobe Swatch Exchange or GIMP palette"""
+
+    bl_idname = "spectral.swatches_export"
+    bl_label = "Export Swatches"
+    filename_ext = ".ase"
+    filter_glob: StringProperty(default="*.ase;*.gpl", options={"HIDDEN"})
+    check_extension = None
+    clip: BoolProperty(
+        name="Move into Gamut", default=True, description="Move colors that no screen shows to the nearest that it can"
+    )
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.palette.files import Swatch, write_swatches
+
+        palette = palette_in(context)
+        if not palette.status:
+            raise InvalidInputError("the palette is not solved yet; press Solve first")
+        swatches = [
+            Swatch(material.name, tuple(material.cells[column].actual_linear), light.name)
+            for column, light in enumerate(palette.lights)
+            for material in palette.materials
+        ]
+        moved = write_swatches(self.filepath, swatches, clip=self.clip)
+        if moved:
+            self.report(
+                {"WARNING"}, f"{len(moved)} colors were outside the gamut and were moved: {', '.join(moved[:4])}"
+            )
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_OT_palette_import,
+        SPECTRAL_OT_palette_export,
+        SPECTRAL_OT_spectra_export,
+        SPECTRAL_OT_swatches_export,
+    )
+)

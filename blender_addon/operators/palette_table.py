@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rows, columns and cells of the palette."""
+
+import bpy
+from bpy.props import EnumProperty, IntProperty, StringProperty
+
+from spectral_core.errors import InvalidInputError
+
+from ..properties import live
+from ..properties import palette_table as table
+from .common import UNDOABLE, palette_in, reporting, require_index
+
+SIDES = [("LIGHT", "Light", "A column", 0), ("MATERIAL", "Material", "A row", 1)]
+DIRECTIONS = [("BACK", "Back", "Left or up", 0), ("FORTH", "Forth", "Right or down", 1)]
+LISTS = [
+    ("PRIMARIES", "Lamps to mix from", "The light is mixed from these", 0),
+    ("VARIANTS", "Lamp variants", "Matches should hold under these too", 1),
+]
+
+
+class SPECTRAL_OT_palette_add(bpy.types.Operator):
+    """Add a light (column) or a material (row) to the palette"""
+
+    bl_idname = "spectral.palette_add"
+    bl_label = "Add to Palette"
+    bl_options = UNDOABLE
+    side: EnumProperty(name="Add", items=SIDES)
+    name: StringProperty(name="Name", description="Empty for the selected object's light or material, or a number")
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        picked = _picked(context, self.side)
+        if self.side == "LIGHT":
+            light = table.add_light(palette, self.name or (picked.name if picked else "Light"))
+            light.light = picked
+            palette.active_column = len(palette.lights) - 1
+        else:
+            material = table.add_material(palette, self.name or (picked.name if picked else "Material"))
+            material.material = picked
+            palette.active_row = len(palette.materials) - 1
+        live.edited(palette)
+
+
+def _picked(context, side: str):
+    """Light or material of the active object, unless the palette has it already."""
+    palette, active = palette_in(context), context.object
+    if active is None:
+        return None
+    if side == "LIGHT":
+        known = {light.light for light in palette.lights}
+        return active.data if active.type == "LIGHT" and active.data not in known else None
+    known = {material.material for material in palette.materials}
+    return active.active_material if active.active_material not in known else None
+
+
+class SPECTRAL_OT_palette_remove(bpy.types.Operator):
+    """Take a light (column) or a material (row) out of the palette"""
+
+    bl_idname = "spectral.palette_remove"
+    bl_label = "Remove from Palette"
+    bl_options = UNDOABLE
+    side: EnumProperty(name="Remove", items=SIDES)
+    index: IntProperty(name="Index", default=-1, min=-1, description="Which one, from 0; -1 for the selected one")
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        entries, active, remove = _side(palette, self.side)
+        index = require_index(self.side.lower(), active if self.index < 0 else self.index, len(entries))
+        remove(palette, index)
+        live.edited(palette)
+
+
+def _side(palette, side: str):
+    if side == "LIGHT":
+        return palette.lights, palette.active_column, table.remove_light
+    return palette.materials, palette.active_row, table.remove_material
+
+
+class SPECTRAL_OT_palette_move(bpy.types.Operator):
+    """Move the selected light (column) or material (row) in the table"""
+
+    bl_idname = "spectral.palette_move"
+    bl_label = "Move in Palette"
+    bl_options = UNDOABLE
+    side: EnumProperty(name="Move", items=SIDES)
+    direction: EnumProperty(name="Direction", items=DIRECTIONS)
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        entries, active, _ = _side(palette, self.side)
+        to = active + (1 if self.direction == "FORTH" else -1)
+        if not 0 <= to < len(entries):
+            return {"CANCELLED"}
+        if self.side == "LIGHT":
+            table.move_light(palette, active, to)
+            palette.active_column = to
+        else:
+            table.move_material(palette, active, to)
+            palette.active_row = to
+        live.edited(palette)
+        return {"FINISHED"}
+
+
+class SPECTRAL_OT_palette_select(bpy.types.Operator):
+    """Show the wishes of this cell, its material and its light below the table"""
+
+    bl_idname = "spectral.palette_select"
+    bl_label = "Select Cell"
+    bl_options = {"INTERNAL"}
+    row: IntProperty(min=-1, default=-1)
+    column: IntProperty(min=-1, default=-1)
+
+    @classmethod
+    def description(cls, context, properties):
+        """The tooltip says what the cell shows."""
+        palette = palette_in(context)
+        if 0 <= properties.row < len(palette.materials) and 0 <= properties.column < len(palette.lights):
+            cell = palette.materials[properties.row].cells[properties.column]
+            names = f"{palette.materials[properties.row].name} under {palette.lights[properties.column].name}"
+            return f"{names}: {cell.error_text}. Click to edit the wish below the table"
+        return "Click to edit it below the table"
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        if self.row >= 0:
+            palette.active_row = require_index("material", self.row, len(palette.materials))
+        if self.column >= 0:
+            palette.active_column = require_index("light", self.column, len(palette.lights))
+
+
+class SPECTRAL_OT_palette_refer(bpy.types.Operator):
+    """Choose, or give up, this cell as one that the selected cell refers to"""
+
+    bl_idname = "spectral.palette_refer"
+    bl_label = "Refer to Cell"
+    bl_options = UNDOABLE
+    row: IntProperty(min=0)
+    column: IntProperty(min=0)
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        cell = table.active_cell(palette)
+        if cell is None or cell.mode not in table.REFERRING:
+            raise InvalidInputError("select a cell whose wish is Same As, Constant or Distinct first")
+        other = (
+            require_index("material", self.row, len(palette.materials)),
+            require_index("light", self.column, len(palette.lights)),
+        )
+        chosen = table.references(palette, cell)
+        if cell.mode == "SAME":
+            chosen = [other]
+        elif other in chosen:
+            chosen.remove(other)
+        else:
+            chosen.append(other)
+        table.set_references(palette, cell, chosen)
+        live.edited(palette)
+
+
+class SPECTRAL_OT_palette_spread(bpy.types.Operator):
+    """Give every cell of the selected row or column the wish, importance and exactness of the selected cell"""
+
+    bl_idname = "spectral.palette_spread"
+    bl_label = "Copy Wish"
+    bl_options = UNDOABLE
+    side: EnumProperty(name="To all of the", items=SIDES)
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        cell = table.active_cell(palette)
+        if cell is None:
+            raise InvalidInputError("the palette is empty; add a light and a material first")
+        here = (palette.active_row, palette.active_column)
+        same = 1 if self.side == "LIGHT" else 0
+        with live.paused():
+            for place, other in table.places(palette):
+                if place != here and place[same] == here[same]:
+                    for name in ("weight", "exact", "use_box", "box_low", "box_high", "target", "mode"):
+                        setattr(other, name, getattr(cell, name))
+                    table.fill_references(other)
+        live.edited(palette)
+
+
+class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):
+    """Add a lamp to the selected light's list"""
+
+    bl_idname = "spectral.palette_lamp_add"
+    bl_label = "Add Lamp"
+    bl_options = UNDOABLE
+    to: EnumProperty(name="List", items=LISTS)
+    lamp: StringProperty(name="Lamp", default="D65", description="Name in the catalogue")
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        require_index("light", palette.active_column, len(palette.lights))
+        with live.paused():
+            entry = table.add_lamp(getattr(palette.lights[palette.active_column], self.to.lower()), self.lamp)
+            entry.spectral.source = "CATALOGUE"
+            entry.spectral.catalogue_name = self.lamp
+        live.edited(palette)
+
+
+class SPECTRAL_OT_palette_lamp_remove(bpy.types.Operator):
+    """Take a lamp out of the selected light's list"""
+
+    bl_idname = "spectral.palette_lamp_remove"
+    bl_label = "Remove Lamp"
+    bl_options = UNDOABLE
+    to: EnumProperty(name="List", items=LISTS)
+    index: IntProperty(min=0)
+
+    @reporting
+    def execute(self, context):
+        palette = palette_in(context)
+        require_index("light", palette.active_column, len(palette.lights))
+        lamps = getattr(palette.lights[palette.active_column], self.to.lower())
+        lamps.remove(require_index("lamp", self.index, len(lamps)))
+        live.edited(palette)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_OT_palette_add,
+        SPECTRAL_OT_palette_remove,
+        SPECTRAL_OT_palette_move,
+        SPECTRAL_OT_palette_select,
+        SPECTRAL_OT_palette_refer,
+        SPECTRAL_OT_palette_spread,
+        SPECTRAL_OT_palette_lamp_add,
+        SPECTRAL_OT_palette_lamp_remove,
+    )
+)

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The spectrum of one material, light, world or node."""
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+
+from spectral_core.errors import InvalidInputError
+
+from ..properties.spectrum import kind_of, reload
+from .common import UNDOABLE, palette_in, reporting
+from .palette_solve import store_result
+
+CARRIERS = [
+    ("MATERIAL", "Material", "The active material", 0),
+    ("LIGHT", "Light", "The active light", 1),
+    ("WORLD", "World", "The world", 2),
+    ("NODE", "Node", "The active shader node", 3),
+]
+
+
+def carrier(context, which: str):
+    """The material, light, world or node that a panel shows, None where there is none."""
+    active = context.object
+    if which == "MATERIAL":
+        return getattr(context, "material", None) or (active.active_material if active else None)
+    if which == "LIGHT":
+        return getattr(context, "light", None) or (active.data if active and active.type == "LIGHT" else None)
+    if which == "WORLD":
+        return context.scene.world
+    return getattr(context, "active_node", None) or _active_node(active)
+
+
+def _active_node(active):
+    material = active.active_material if active else None
+    return material.node_tree.nodes.active if material and material.node_tree else None
+
+
+def _required(context, which: str):
+    found = carrier(context, which)
+    if found is None or not hasattr(found, "spectral"):
+        raise InvalidInputError(f"there is no active {which.lower()} that can carry a spectrum; select one")
+    return found
+
+
+class SPECTRAL_OT_spectrum_reload(bpy.types.Operator):
+    """Read the spectrum from its file or the catalogue again"""
+
+    bl_idname = "spectral.spectrum_reload"
+    bl_label = "Reload Spectrum"
+    bl_options = UNDOABLE
+    carrier: EnumProperty(name="Of", items=CARRIERS)
+
+    @reporting
+    def execute(self, context):
+        spectral = _required(context, self.carrier).spectral
+        reload(spectral)
+        if spectral.message:
+            raise InvalidInputError(spectral.message)
+
+
+def _designed_names(self, context, typed: str) -> list[str]:
+    owner = carrier(context, self.carrier)
+    if owner is None:
+        return []
+    return [entry.name for entry in _entries(palette_in(context), owner) if typed.lower() in entry.name.lower()]
+
+
+def _entries(palette, owner):
+    return palette.lights if kind_of(owner) == "illuminant" else palette.materials
+
+
+class SPECTRAL_OT_spectrum_from_palette(bpy.types.Operator):
+    """Take the spectrum that the palette designed for one of its lights or materials"""
+
+    bl_idname = "spectral.spectrum_from_palette"
+    bl_label = "Take from Palette"
+    bl_options = UNDOABLE
+    carrier: EnumProperty(name="For", items=CARRIERS)
+    entry: StringProperty(name="Name", search=_designed_names, description="Light or material of the palette")
+
+    def invoke(self, context, _event):
+        return context.window_manager.invoke_props_dialog(self)
+
+    @reporting
+    def execute(self, context):
+        owner = _required(context, self.carrier)
+        entries = {entry.name: entry for entry in _entries(palette_in(context), owner)}
+        if self.entry not in entries:
+            raise InvalidInputError(
+                f"the palette has no {kind_of(owner)} named {self.entry!r}; it has: {', '.join(entries) or 'none'}"
+            )
+        store_result(owner, entries[self.entry])
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_spectrum_reload, SPECTRAL_OT_spectrum_from_palette)
+)

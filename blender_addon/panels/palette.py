@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The palette, in the sidebar of the 3D view and in the scene properties: the same panels in both places."""
+
+import bpy
+
+from .palette_details import draw_cell, draw_light, draw_material
+from .palette_table import draw_table
+from .parts import wrapped
+
+STATUS = {
+    "solved": ("CHECKMARK", "All wishes met"),
+    "compromise": ("ERROR", "A compromise"),
+    "exact_conflict": ("ERROR", "Exact cells conflict"),
+    "invisible": ("ERROR", "A light shows nothing"),
+    "inaccurate": ("CANCEL", "Not reliable"),
+}
+
+
+def draw_palette(layout, context) -> None:
+    """Start, table, status, and what to do with it."""
+    palette = context.scene.spectral.palette
+    if not len(palette.lights) and not len(palette.materials):
+        _draw_welcome(layout, context)
+        return
+    row = layout.row(align=True)
+    row.scale_y = 1.3
+    row.operator("spectral.palette_solve", icon="PLAY")
+    row.prop(palette, "live", text="", icon="FILE_REFRESH")
+    row.prop(palette, "show_curves", text="", icon="GRAPH")
+    row.operator_menu_enum("spectral.palette_preset", "preset", text="", icon="PRESET")
+    _draw_status(layout, context, palette)
+    draw_table(layout, context, palette)
+    row = layout.row(align=True)
+    row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
+    row.operator("spectral.palette_add", text="Material", icon="ADD").side = "MATERIAL"
+    row = layout.row()
+    row.scale_y = 1.3
+    row.enabled = bool(palette.status) and not palette.is_stale
+    row.operator("spectral.palette_apply", icon="BRUSH_DATA")
+
+
+def _draw_welcome(layout, context) -> None:
+    wrapped(
+        layout, context, "Say what color each material should show under each light. The palette finds the spectra."
+    )
+    layout.separator()
+    layout.label(text="Start from an idea:")
+    column = layout.column(align=True)
+    column.scale_y = 1.2
+    column.operator_enum("spectral.palette_preset", "preset")
+    layout.label(text="Or from nothing:")
+    row = layout.row(align=True)
+    row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
+    row.operator("spectral.palette_add", text="Material", icon="ADD").side = "MATERIAL"
+
+
+def _draw_status(layout, context, palette) -> None:
+    """How the last solve ended, in words, and what would help."""
+    if palette.message:
+        column = layout.column()
+        column.alert = True
+        wrapped(column, context, palette.message, icon="ERROR")
+        return
+    if not palette.status:
+        layout.label(text="Not solved yet", icon="INFO")
+        return
+    icon, words = STATUS[palette.status]
+    row = layout.row()
+    row.alert = palette.status != "solved"
+    if palette.is_stale:
+        icon, words = "FILE_REFRESH", "Changed: press Solve"
+    row.label(text=words, icon=icon)
+    facts = row.row()
+    facts.alignment = "RIGHT"
+    facts.active = False
+    facts.label(text=f"ΔE ≤ {palette.worst_delta_e:.2f} · {_duration(palette.milliseconds)}")
+    if palette.remedy:
+        hint = layout.column()
+        hint.active = False
+        wrapped(hint, context, palette.remedy)
+    for conflict in palette.conflicts[:3]:
+        _draw_conflict(layout.box(), context, palette, conflict)
+
+
+def _duration(milliseconds: float) -> str:
+    return f"{milliseconds:.1f} ms" if milliseconds < 100 else f"{milliseconds / 1000:.1f} s"
+
+
+def _draw_conflict(box, context, palette, conflict) -> None:
+    """A cell that misses its wish, and a button that lets go of the one that stands in its way."""
+    wrapped(box, context, conflict.text, icon="INFO", indent=60.0)
+    rows = {material.uid: row for row, material in enumerate(palette.materials)}
+    columns = {light.uid: column for column, light in enumerate(palette.lights)}
+    if conflict.light_uid not in columns or conflict.material_uid not in rows:
+        return
+    buttons = box.row(align=True)
+    show = buttons.operator("spectral.palette_select", text="Show", icon="VIEWZOOM")
+    show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
+    if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
+        row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
+        name = f"Let go of {palette.materials[row].name} under {palette.lights[column].name}"
+        relieve = buttons.operator("spectral.palette_relieve", text=name)
+        relieve.row, relieve.column = row, column
+
+
+def draw_weights(layout, context) -> None:
+    """What counts how much, and which spectra are allowed."""
+    palette = context.scene.spectral.palette
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    column = layout.column()
+    column.prop(palette, "smoothness")
+    column.prop(palette, "brightness")
+    column.prop(palette, "scale_lights")
+    if palette.light_scale != 1.0:
+        wrapped(column, context, f"All lights were brightened {palette.light_scale:.2f} times.", icon="INFO")
+    column.prop(palette, "match")
+    column.prop(palette, "rounds")
+    column = layout.column(align=True)
+    column.prop(palette, "grid_start", text="Wavelengths")
+    column.prop(palette, "grid_stop", text="To")
+    column.prop(palette, "grid_samples")
+    column = layout.column()
+    column.prop(palette, "operator", text="Roughness")
+    column.prop(palette, "allow_negative")
+    for note in palette.notes.splitlines():
+        wrapped(layout, context, note, icon="INFO")
+
+
+def draw_robustness(layout, context) -> None:
+    """Other eyes and other lamps."""
+    palette = context.scene.spectral.palette
+    hint = layout.column()
+    hint.active = False
+    wrapped(hint, context, "Cells that should match, match for these eyes, and under the variants of each lamp.")
+    layout.column(align=True).prop(palette, "observers")
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    layout.prop(palette, "robustness", text="Match")
+    layout.prop(palette, "robust_weight")
+
+
+def draw_files(layout, _context) -> None:
+    """Palettes, spectra and swatches as files."""
+    row = layout.row(align=True)
+    row.label(text="Palette")
+    row.operator("spectral.palette_import", text="Import", icon="IMPORT")
+    row.operator("spectral.palette_export", text="Export", icon="EXPORT")
+    row = layout.row(align=True)
+    row.label(text="Spectra")
+    row.operator("spectral.spectra_export", text="Export", icon="EXPORT")
+    row = layout.row(align=True)
+    row.label(text="Swatches")
+    row.operator("spectral.swatches_export", text="Export", icon="EXPORT")
+    layout.operator("spectral.palette_clear", icon="TRASH")
+
+
+def _needs_table(context) -> bool:
+    palette = context.scene.spectral.palette
+    return bool(len(palette.lights) or len(palette.materials))
+
+
+PARTS = [
+    ("cell", "Selected Cell", lambda layout, context: draw_cell(layout, context, context.scene.spectral.palette)),
+    ("light", "Selected Light", lambda layout, context: draw_light(layout, context, context.scene.spectral.palette)),
+    (
+        "material",
+        "Selected Material",
+        lambda layout, context: draw_material(layout, context, context.scene.spectral.palette),
+    ),
+    ("weights", "Design", draw_weights),
+    ("robustness", "Other Eyes and Lamps", draw_robustness),
+    ("files", "Files", draw_files),
+]
+"""Sub-panels: name, label, what draws them. All but the first begin closed."""
+
+
+def _drawing(drawn):
+    """A panel's draw function; Blender accepts two arguments, no more."""
+
+    def draw(self, context):
+        drawn(self.layout, context)
+
+    return draw
+
+
+def _panels(place: str, **where) -> list[type]:
+    """The palette's panel and its sub-panels for one place of the interface."""
+    parent_id = f"SPECTRAL_PT_palette_{place}"
+
+    body = {"bl_label": "Palette", "bl_idname": parent_id, "draw": _drawing(draw_palette), **where}
+    parent = type(parent_id, (bpy.types.Panel,), body)
+    children = []
+    for name, label, drawn in PARTS:
+        identifier = f"SPECTRAL_PT_palette_{name}_{place}"
+
+        options = set() if name == "cell" else {"DEFAULT_CLOSED"}
+        body = {
+            "bl_label": label, "bl_idname": identifier, "bl_parent_id": parent_id, "bl_options": options,
+            "draw": _drawing(drawn), "poll": classmethod(lambda cls, context: _needs_table(context)), **where,
+        }  # fmt: skip
+        children.append(type(identifier, (bpy.types.Panel,), body))
+    return [parent, *children]
+
+
+PANELS = [
+    *_panels("view", bl_space_type="VIEW_3D", bl_region_type="UI", bl_category="Spectral"),
+    *_panels("scene", bl_space_type="PROPERTIES", bl_region_type="WINDOW", bl_context="scene"),
+]
+
+register, unregister = bpy.utils.register_classes_factory(PANELS)

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Below the table: the selected cell, its light and its material."""
+
+from ..properties.palette_cell import BOXED, REFERRING
+from ..properties.palette_table import active_cell, may_refer, references
+from .parts import draw_curve, draw_source, wrapped
+
+HINTS = {
+    "FIXED": "",
+    "FREE": "The palette chooses the color.",
+    "SAME": "Looks the same as the chosen cell, whatever color that becomes.",
+    "CONSTANT": "Keeps the color it has under the chosen lights.",
+    "BLACK": "Shows nothing under this light.",
+    "DISTINCT": "Differs from the chosen cells as much as it can. Takes seconds: press Solve.",
+    "IGNORE": "Anything goes. Leaves the most room to the other cells.",
+}
+
+REFERENCE_TITLES = {"SAME": "Same as:", "CONSTANT": "Constant with:", "DISTINCT": "Distinct from:"}
+
+
+def _split(layout):
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout
+
+
+def draw_cell(layout, context, palette) -> None:
+    """Wish of the selected cell."""
+    cell = active_cell(palette)
+    if cell is None:
+        layout.label(text="Add a light and a material first")
+        return
+    material, light = palette.materials[palette.active_row], palette.lights[palette.active_column]
+    layout.label(text=f"{material.name} under {light.name}", icon="RESTRICT_COLOR_ON")
+    column = _split(layout.column())
+    column.prop(cell, "mode", text="Wish")
+    if HINTS[cell.mode]:
+        hint = layout.column()
+        hint.active = False
+        wrapped(hint, context, HINTS[cell.mode])
+    column = _split(layout.column())
+    if cell.mode == "FIXED":
+        column.prop(cell, "target", text="Wanted")
+    if cell.has_result:
+        column.prop(cell, "actual", text="Actual")
+    if cell.mode in REFERRING:
+        _draw_references(layout, palette, cell)
+    if cell.mode in BOXED:
+        column = _split(layout.column())
+        column.prop(cell, "use_box")
+        if cell.use_box:
+            column.prop(cell, "box_low")
+            column.prop(cell, "box_high")
+    if cell.mode not in ("IGNORE", "FREE"):
+        column = _split(layout.column())
+        if cell.mode != "DISTINCT":
+            column.prop(cell, "exact", text="Exact")
+        weight = column.row()
+        weight.enabled = not cell.exact or cell.mode == "DISTINCT"
+        weight.prop(cell, "weight")
+    row = layout.row(align=True)
+    row.label(text="Copy wish to")
+    row.operator("spectral.palette_spread", text="Column").side = "LIGHT"
+    row.operator("spectral.palette_spread", text="Row").side = "MATERIAL"
+
+
+def _draw_references(layout, palette, cell) -> None:
+    """The table once more, small: which cells this one refers to."""
+    chosen = references(palette, cell)
+    box = layout.box()
+    box.label(text=REFERENCE_TITLES[cell.mode])
+    flow = box.grid_flow(row_major=True, columns=len(palette.lights) + 1, even_columns=True, align=True)
+    flow.label(text="")
+    for light in palette.lights:
+        flow.label(text=light.name)
+    for row, material in enumerate(palette.materials):
+        flow.label(text=material.name)
+        for column in range(len(palette.lights)):
+            if not may_refer(palette, cell, (row, column)):
+                flow.label(text="")
+                continue
+            on = (row, column) in chosen
+            operator = flow.operator(
+                "spectral.palette_refer", text="", icon="CHECKMARK" if on else "BLANK1", depress=on
+            )
+            operator.row, operator.column = row, column
+
+
+def draw_light(layout, context, palette) -> None:
+    """The selected light."""
+    if palette.active_column >= len(palette.lights):
+        return
+    light = palette.lights[palette.active_column]
+    _draw_entry_head(layout, palette, light, "LIGHT")
+    layout.label(text="Starts from:" if light.design == "DESIGNED" else "Measured spectrum:")
+    draw_source(layout, light.spectral)
+    _draw_message(layout, context, light.spectral)
+    column = _split(layout.column())
+    column.prop(light, "intensity")
+    if light.design == "DESIGNED":
+        column.prop(light, "keeps_luminance")
+        column.prop(light, "looks_white")
+        column.prop(light, "use_primaries")
+        if light.use_primaries:
+            _draw_lamps(layout, context, light.primaries, "PRIMARIES", "Lamps to mix from")
+    else:
+        _draw_lamps(layout, context, light.variants, "VARIANTS", "Matches should hold under these too")
+    column = _split(layout.column(heading="Apply to"))
+    column.prop(light, "light")
+    column.prop(light, "world")
+    if len(light.result.samples):
+        draw_curve(layout, context, light.result)
+
+
+def draw_material(layout, context, palette) -> None:
+    """The selected material."""
+    if palette.active_row >= len(palette.materials):
+        return
+    material = palette.materials[palette.active_row]
+    _draw_entry_head(layout, palette, material, "MATERIAL")
+    if material.design == "MEASURED":
+        draw_source(layout, material.spectral)
+        _draw_message(layout, context, material.spectral)
+    _split(layout.column(heading="Apply to")).prop(material, "material")
+    if len(material.result.samples):
+        draw_curve(layout, context, material.result)
+
+
+def _draw_entry_head(layout, palette, entry, side: str) -> None:
+    """Name, place in the table, measured or designed."""
+    row = layout.row(align=True)
+    row.prop(entry, "name", text="")
+    for direction, icon in (
+        ("BACK", "TRIA_LEFT" if side == "LIGHT" else "TRIA_UP"),
+        ("FORTH", "TRIA_RIGHT" if side == "LIGHT" else "TRIA_DOWN"),
+    ):
+        operator = row.operator("spectral.palette_move", text="", icon=icon)
+        operator.side, operator.direction = side, direction
+    row.operator("spectral.palette_remove", text="", icon="TRASH").side = side
+    layout.row(align=True).prop(entry, "design", expand=True)
+
+
+def _draw_message(layout, context, spectral) -> None:
+    if spectral.message:
+        column = layout.column()
+        column.alert = True
+        wrapped(column, context, spectral.message, icon="ERROR")
+
+
+def _draw_lamps(layout, context, lamps, which: str, title: str) -> None:
+    box = layout.box()
+    head = box.row(align=True)
+    head.label(text=title)
+    head.operator("spectral.palette_lamp_add", text="", icon="ADD").to = which
+    for index, lamp in enumerate(lamps):
+        row = box.row(align=True)
+        row.prop(lamp.spectral, "catalogue_name", text="")
+        if which == "PRIMARIES":
+            row.label(text=f"× {lamp.amount:.2f}")
+        operator = row.operator("spectral.palette_lamp_remove", text="", icon="REMOVE")
+        operator.to, operator.index = which, index
+        _draw_message(box, context, lamp.spectral)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of the palette: lights as columns, materials as rows, in each cell the wanted and the actual color."""
+
+from ..drawing.icons import curve_icon
+from ..properties.palette_cell import MODES
+from .parts import width_of
+
+MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
+NARROW_CELL = 82.0
+"""Unscaled pixels below which a cell has no room for "ΔE" before its number."""
+
+
+def draw_table(layout, context, palette) -> None:
+    """The whole table; a click below a cell's colors selects it for the panels below."""
+    columns = len(palette.lights) + 1
+    flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
+    room = (width_of(context) - 30.0) / columns
+    corner = flow.column()
+    corner.active = False
+    corner.label(text="")
+    for column, light in enumerate(palette.lights):
+        _draw_head(flow, light, {"column": column}, column == palette.active_column, room)
+    for row, material in enumerate(palette.materials):
+        _draw_head(flow, material, {"row": row}, row == palette.active_row, room)
+        for column, cell in enumerate(material.cells):
+            selected = (row, column) == (palette.active_row, palette.active_column)
+            _draw_cell(flow, cell, (row, column), selected, room)
+
+
+def icon_scale(room: float) -> float:
+    """Size of a curve in a column of ``room`` unscaled pixels, in units of Blender's buttons."""
+    return min(3.4, max(1.9, room / 27))
+
+
+def _draw_head(flow, entry, place: dict[str, int], selected: bool, room: float) -> None:
+    """Name and curve of a light or material."""
+    head = flow.column(align=True)
+    icon = curve_icon(entry.result) or curve_icon(entry.spectral)
+    head.template_icon(icon, scale=icon_scale(room))
+    name = head.row(align=True)
+    name.active = selected
+    operator = name.operator("spectral.palette_select", text=entry.name, emboss=False)
+    for side, index in place.items():
+        setattr(operator, side, index)
+
+
+def _draw_cell(flow, cell, place: tuple[int, int], selected: bool, room: float) -> None:
+    column = flow.column(align=True)
+    colors = column.row(align=True)
+    colors.scale_y = icon_scale(room)  # as high as the curve at its left
+    if cell.mode == "FIXED":
+        colors.prop(cell, "target", text="")
+    elif cell.mode in ("SAME", "CONSTANT", "BLACK") and cell.has_result:
+        colors.prop(cell, "wanted", text="")
+    if cell.has_result:
+        colors.prop(cell, "actual", text="")
+    elif cell.mode != "FIXED":
+        colors.label(text="")
+    below = column.row(align=True)
+    below.alert = cell.is_missed
+    text = cell.error_text if room >= NARROW_CELL else cell.error_text.removeprefix("ΔE ")
+    icon = "LOCKED" if cell.exact and cell.mode == "FIXED" else MODE_ICON[cell.mode]
+    operator = below.operator(
+        "spectral.palette_select", text=text, icon="NONE" if icon == "COLOR" else icon, depress=selected
+    )
+    operator.row, operator.column = place

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pieces that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
+
+import textwrap
+
+import bpy
+
+from ..drawing.icons import curve_icon, swatch_icon
+from ..properties.spectrum import kind_in
+from .swatches import NO_SWATCH, swatches_of
+
+CHARACTER_PIXELS = 6.4
+"""Mean width of a letter of Blender's interface font, at scale 1."""
+
+
+def width_of(context) -> float:
+    """Width of the region in unscaled pixels."""
+    scale = context.preferences.system.ui_scale if context.preferences else 1.0
+    return context.region.width / scale if context.region else 300.0
+
+
+def wrapped(layout, context, text: str, icon: str = "NONE", indent: float = 40.0) -> None:
+    """A text in as many lines as the panel's width asks for."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    letters = max(20, int((width_of(context) - indent) / CHARACTER_PIXELS))
+    for number, line in enumerate(textwrap.wrap(text, letters)):
+        column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+
+
+def draw_source(layout, spectral) -> None:
+    """Where the spectrum comes from."""
+    layout.row(align=True).prop(spectral, "source", expand=True)
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    if spectral.source == "CATALOGUE":
+        column.prop(spectral, "catalogue_name", text="Name")
+    elif spectral.source == "FILE":
+        column.prop(spectral, "filepath", text="File")
+        column.prop(spectral, "file_entry", text="Entry")
+
+
+def draw_spectrum(layout, context, spectral, carrier: str) -> None:
+    """Choice, curve and swatches of the spectrum of a material, light, world or node."""
+    draw_source(layout, spectral)
+    if spectral.source == "DESIGNED" or (spectral.source == "NONE" and len(context.scene.spectral.palette.materials)):
+        layout.operator("spectral.spectrum_from_palette", icon="MOD_SIMPLIFY").carrier = carrier
+    if spectral.message:
+        message = layout.column()
+        message.alert = True
+        wrapped(message, context, spectral.message, icon="ERROR")
+    if spectral.source == "NONE" or not len(spectral.samples):
+        return
+    draw_curve(layout, context, spectral)
+    if kind_in(spectral) == "illuminant":
+        row = layout.row()
+        row.use_property_split = True
+        row.use_property_decorate = False
+        row.prop(spectral, "strength")
+    if spectral.source == "FILE":
+        layout.operator("spectral.spectrum_reload", icon="FILE_REFRESH").carrier = carrier
+
+
+def draw_curve(layout, context, spectral) -> None:
+    """The curve, what it is called, and what it looks like."""
+    row = layout.row()
+    row.template_icon(curve_icon(spectral, 256), scale=min(8.0, max(4.0, width_of(context) / 45)))
+    facts = row.column()
+    facts.label(text=spectral.spectrum_name or "Spectrum")
+    origin = facts.column(align=True)
+    origin.active = False
+    origin.scale_y = 0.8
+    samples = spectral.samples
+    origin.label(text=f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm, {len(samples)} values")
+    if spectral.origin:
+        origin.label(text=spectral.origin[:60])
+    draw_swatches(layout, swatches_of(spectral))
+
+
+def draw_swatches(layout, swatches) -> None:
+    """Colors with the name of the lamp, or of the surface, below each."""
+    row = layout.row(align=True)
+    for name, color in swatches:
+        column = row.column(align=True)
+        if color is NO_SWATCH:
+            column.label(text=name, icon="ERROR")
+            continue
+        column.template_icon(swatch_icon(color), scale=1.6)
+        label = column.row()
+        label.alignment = "CENTER"
+        label.scale_y = 0.7
+        label.label(text=name)
+
+
+def is_editable(owner) -> bool:
+    """Whether this is not linked from another file."""
+    return not isinstance(owner, bpy.types.ID) or owner.library is None

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render settings, and the plan: what is simulated, why, and what leaving it out would cost."""
+
+import bpy
+
+from .parts import wrapped
+
+ENGINE = "SPECTRAL"
+
+
+class _RenderPanel:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {ENGINE}
+
+    @classmethod
+    def poll(cls, context):
+        return context.engine in cls.COMPAT_ENGINES
+
+
+class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
+    """Samples and transport"""
+
+    bl_label = "Sampling"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.spectral.render
+        layout.prop(settings, "samples")
+        layout.prop(settings, "seed")
+        layout.prop(settings, "transport")
+
+
+class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
+    """What the renderer will simulate, and why"""
+
+    bl_label = "Plan"
+
+    def draw(self, context):
+        layout, settings = self.layout, context.scene.spectral.render
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(settings, "tolerance")
+        column.operator("spectral.plan", icon="VIEWZOOM")
+        if not len(settings.plan):
+            hint = layout.column()
+            hint.active = False
+            wrapped(hint, context, "The renderer simulates only what the scene needs. Press the button to see what.")
+        for line in settings.plan:
+            _draw_decision(layout.box(), context, line)
+
+
+def _draw_decision(box, context, line) -> None:
+    """One decision: what, why, and the other choices."""
+    head = box.row(align=True)
+    icon = "USER" if line.is_artists else ("RADIOBUT_OFF" if line.value in ("off", "none") else "RADIOBUT_ON")
+    head.label(text=line.name.replace("_", " ").capitalize(), icon=icon)
+    value = head.row(align=True)
+    value.alignment = "RIGHT"
+    if line.is_artists:
+        value.label(text=line.value)
+        value.operator("spectral.plan_release", text="", icon="X").effect = line.name
+    elif line.is_overridable and "|" in line.choices:
+        for choice in line.choices.split("|"):
+            override = value.operator("spectral.plan_override", text=choice, depress=choice == line.value)
+            override.effect, override.value = line.name, choice
+    else:
+        value.label(text=line.value)
+        if line.is_overridable and not line.choices:
+            override = value.operator("spectral.plan_override", text="", icon="GREASEPENCIL")
+            override.effect, override.value = line.name, line.value
+    reason = box.column()
+    reason.active = False
+    wrapped(reason, context, line.reason, indent=60.0)
+    if line.cost:
+        cost = box.column()
+        cost.active = False
+        wrapped(cost, context, f"Without it: {line.cost}", indent=60.0)
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_render_sampling, SPECTRAL_PT_render_plan))

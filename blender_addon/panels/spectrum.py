@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panel "Spectrum" of materials, lights, worlds and shader nodes."""
+
+import bpy
+
+from .parts import draw_spectrum, is_editable
+
+
+class _SpectrumPanel:
+    """What the four panels have in common; ``carrier`` names what carries the spectrum."""
+
+    bl_label = "Spectrum"
+    carrier = ""
+
+    @classmethod
+    def poll(cls, context):
+        return cls.owner(context) is not None
+
+    def draw(self, context):
+        owner = self.owner(context)
+        layout = self.layout.column()
+        layout.enabled = is_editable(owner.id_data)
+        draw_spectrum(layout, context, owner.spectral, self.carrier)
+
+
+class _PropertiesPanel(_SpectrumPanel):
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+
+
+class SPECTRAL_PT_material_spectrum(_PropertiesPanel, bpy.types.Panel):
+    """Spectrum of the active material's main color"""
+
+    bl_context = "material"
+    carrier = "MATERIAL"
+
+    @staticmethod
+    def owner(context):
+        """The material that is shown."""
+        return context.material
+
+
+class SPECTRAL_PT_light_spectrum(_PropertiesPanel, bpy.types.Panel):
+    """Spectrum of the active light"""
+
+    bl_context = "data"
+    carrier = "LIGHT"
+
+    @staticmethod
+    def owner(context):
+        """The light that is shown."""
+        return context.light
+
+
+class SPECTRAL_PT_world_spectrum(_PropertiesPanel, bpy.types.Panel):
+    """Spectrum of the world's color"""
+
+    bl_context = "world"
+    carrier = "WORLD"
+
+    @staticmethod
+    def owner(context):
+        """The world that is shown."""
+        return context.world
+
+
+class SPECTRAL_PT_node_spectrum(_SpectrumPanel, bpy.types.Panel):
+    """Spectrum of the active shader node's color"""
+
+    bl_space_type = "NODE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Spectral"
+    carrier = "NODE"
+
+    @staticmethod
+    def owner(context):
+        """The active node, where it has a color that a spectrum can stand for."""
+        node = context.active_node
+        if not isinstance(node, bpy.types.ShaderNode):
+            return None
+        sockets = node.outputs if node.bl_idname == "ShaderNodeRGB" else node.inputs
+        return node if any(socket.type == "RGBA" for socket in sockets) else None
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_PT_material_spectrum,
+        SPECTRAL_PT_light_spectrum,
+        SPECTRAL_PT_world_spectrum,
+        SPECTRAL_PT_node_spectrum,
+    )
+)

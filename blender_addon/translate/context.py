@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every part of a translation shares: notes to the user, the color space that numbers are in, images read once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.scene import ImageTexture, Note
+
+from .. import compat
+
+
+@dataclass
+class Translation:
+    """One run from a depsgraph to a Scene.
+
+    ``rgb_from_working``: (3, 3), Blender's scene-linear colors to linear sRGB. ``images``: read once per picture and
+    use, so that materials share them by identity.
+    """
+
+    depsgraph: Any
+    rgb_from_working: NDArray[np.float64]
+    images: dict[Any, ImageTexture | None] = field(default_factory=dict)
+    spectra: dict[str, Any] = field(default_factory=dict)
+    _notes: dict[tuple[str, str], Note] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, depsgraph: Any, data: Any) -> Translation:
+        """Start a translation of ``depsgraph`` with the color space of ``data`` (``bpy.data``)."""
+        name = compat.working_space(data)
+        matrix = compat.rec709_from_working(name)
+        translation = cls(depsgraph, np.eye(3) if matrix is None else matrix)
+        if matrix is None:
+            translation.note("Color space", f"the working space {name!r} is not known; colors are read as Rec.709")
+        return translation
+
+    @property
+    def scene(self) -> Any:
+        """The evaluated Blender scene."""
+        return self.depsgraph.scene_eval
+
+    def note(self, subject: str, message: str) -> None:
+        """Tell the user something, once however often it is met."""
+        self._notes.setdefault((subject, message), Note(subject, message))
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """All that was said, in the order it was met."""
+        return tuple(self._notes.values())
+
+    def linear_rgb(self, working_rgb: ArrayLike) -> NDArray[np.float64]:
+        """Linear sRGB (..., 3) of colors in Blender's scene-linear space (first three channels are read)."""
+        return np.asarray(working_rgb, dtype=np.float64)[..., :3] @ self.rgb_from_working.T

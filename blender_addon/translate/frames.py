@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Coordinate frames without scale: what a camera or a lamp needs of an object's matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def rigid(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same place and local z direction as (4, 4) ``matrix`` with orthogonal axes of length 1, right-handed.
+
+    An object that is scaled to nothing keeps the axes of the world.
+    """
+    result = np.eye(4)
+    result[:3, 3] = matrix[:3, 3]
+    length = np.linalg.norm(matrix[:3, 2])
+    if length <= 1e-12:
+        return result
+    toward = matrix[:3, 2] / length
+    across = matrix[:3, 0] - toward * (toward @ matrix[:3, 0])
+    if np.linalg.norm(across) <= 1e-12:
+        across = np.cross([0.0, 1.0, 0.0] if abs(toward[1]) < 0.9 else [1.0, 0.0, 0.0], toward)
+    across = across / np.linalg.norm(across)
+    result[:3, :3] = np.stack([across, np.cross(toward, across), toward], axis=1)
+    return result

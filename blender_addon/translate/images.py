@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender images to pixels with a stated color space; an image that cannot be had is a Note, not magenta."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.color import linear_from_display_rgb
+from spectral_core.scene import ImageTexture
+
+from .. import compat
+from .context import Translation
+
+Array = NDArray[Any]
+
+EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip", "MIRROR": "mirror"}
+DISPLAY_SPACES = ("sRGB", "Filmic sRGB", "AgX Base sRGB", "Khronos PBR Neutral sRGB", "ACES 1.3 sRGB", "ACES 2.0 sRGB")
+LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
+NUMBER_SPACES = ("Non-Color", "Raw")
+
+
+def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
+    """Image of an Image or Environment Texture node with the node's interpolation and extension.
+
+    ``owner``: whose node it is; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
+    Note, where there is no picture.
+    """
+    image = node.image
+    if image is None:
+        translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
+        return None
+    texture = read_image(translation, image, channel)
+    if texture is None:
+        return None
+    nearest = node.interpolation == "Closest"
+    extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
+    if (texture.extension, texture.interpolation == "nearest") == (extension, nearest):
+        return texture
+    return replace(texture, extension=extension, interpolation="nearest" if nearest else "linear")
+
+
+def read_image(translation: Translation, image: Any, channel: str = "Color") -> ImageTexture | None:
+    """Pixels of a ``bpy.types.Image``, read once per translation; None, with a Note, where it has none."""
+    key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel)
+    if key not in translation.images:
+        translation.images[key] = _read(translation, image, channel)
+    return translation.images[key]
+
+
+def _read(translation: Translation, image: Any, channel: str) -> ImageTexture | None:
+    width, height = image.size
+    if width == 0 or height == 0 or len(image.pixels) == 0:
+        where = image.filepath or "no file"
+        translation.note(image.name, f"the image could not be read ({where}); a neutral gray stands in for it")
+        return None
+    if image.source in ("SEQUENCE", "MOVIE"):
+        translation.note(image.name, "an image sequence or movie shows the frame that Blender has loaded")
+    if image.source == "TILED":
+        translation.note(image.name, "of a tiled (UDIM) image only the first tile is used")
+    values = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(values)
+    pixels = values.reshape(height, width, -1)
+    if not np.isfinite(pixels).all():
+        translation.note(image.name, "pixels that are not finite numbers were taken as black")
+        pixels = np.where(np.isfinite(pixels), pixels, np.float32(0))
+    if channel == "Alpha":
+        alpha = pixels[..., 3:4] if pixels.shape[2] == 4 else np.ones((height, width, 1), dtype=np.float32)
+        return ImageTexture(f"{image.name} (alpha)", _compact(alpha, image.is_float), color_space="raw")
+    colors = pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1]
+    space = image.colorspace_settings.name
+    if image.is_float:  # Blender has already brought these to its scene-linear space
+        return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
+    return _byte_image(translation, image.name, colors, space)
+
+
+def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
+    if not is_color:
+        return ImageTexture(name, colors, color_space="raw")
+    if colors.shape[2] == 3 and not np.array_equal(translation.rgb_from_working, np.eye(3)):
+        colors = translation.linear_rgb(colors).astype(np.float32)
+    return ImageTexture(name, colors, color_space="linear")
+
+
+def _byte_image(translation: Translation, name: str, colors: Array, space: str) -> ImageTexture:
+    if space in NUMBER_SPACES or space in LINEAR_SPACES:
+        return ImageTexture(name, _compact(colors), color_space="raw" if space in NUMBER_SPACES else "linear")
+    matrix = compat.rec709_from_working("Linear Rec.2020" if space == "Rec.2020" else space)
+    if matrix is not None:
+        linear = linear_from_display_rgb(colors) if space == "Rec.2020" else colors
+        return ImageTexture(name, (linear @ matrix.T).astype(np.float32), color_space="linear")
+    if space not in DISPLAY_SPACES:
+        translation.note(name, f"the color space {space!r} of this image is not known; it is read as sRGB")
+    return ImageTexture(name, _compact(colors), color_space="srgb")
+
+
+def _compact(values: Array, is_float: bool = False) -> Array:
+    """Values of a byte image as bytes again: a quarter of the memory."""
+    return np.ascontiguousarray(values) if is_float else np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
+
+
+def linear_pixels(texture: ImageTexture) -> Array:
+    """Colors (h, w, 3) or numbers (h, w, 1), float32, with the display curve taken off."""
+    pixels = texture.pixels[..., :3] if texture.pixels.shape[2] >= 3 else texture.pixels[..., :1]
+    if pixels.dtype == np.uint8:
+        table = np.arange(256) / 255
+        if texture.color_space == "srgb":
+            table = linear_from_display_rgb(table)
+        return table.astype(np.float32)[pixels]
+    linear = linear_from_display_rgb(pixels) if texture.color_space == "srgb" else pixels
+    return np.asarray(linear, dtype=np.float32)
+
+
+def with_pixels(texture: ImageTexture, pixels: Array, name: str) -> ImageTexture:
+    """The same picture on the mesh with other linear values (h, w, 1 or 3)."""
+    space = "raw" if pixels.shape[2] == 1 else "linear"
+    return replace(texture, name=name, pixels=np.ascontiguousarray(pixels, dtype=np.float32), color_space=space)

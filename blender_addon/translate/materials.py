@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender materials to named materials of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_core.scene import Color, Diffuse, Material, Surface, gray
+
+from .. import compat
+from . import media, spectra
+from .context import Translation
+from .nodes import Input, linked, surface_output
+from .reader import Reader
+from .surfaces import surface_of, with_spectrum
+
+UNDRESSED = Material("No material", Diffuse(gray(0.8)))
+"""What an object without a material wears, as in Cycles."""
+
+
+@dataclass(frozen=True)
+class Dressed:
+    """A material, and the UV map that its images lie on: "" for the one that renders, None where it has no image."""
+
+    material: Material
+    uv_map: str | None
+
+
+def translate_material(translation: Translation, material: Any) -> Dressed:
+    """Material of a ``bpy.types.Material``; None is the plain default."""
+    if material is None:
+        return Dressed(UNDRESSED, None)
+    name = material.name_full
+    reader = Reader(translation, material.name)
+    tree = compat.node_tree(material)
+    output = surface_output(tree)
+    medium = media.medium_of(reader, output) if output is not None else None
+    surface: Surface | None
+    if tree is None:
+        surface = Diffuse(Color(translation.linear_rgb(material.diffuse_color)))  # what the viewport shows
+    elif output is None:
+        reader.note("the material has no output node; it is black")
+        surface = surface_of(reader, None)
+    else:
+        place = Input(output.inputs["Surface"])
+        surface = None if medium is not None and linked(place) is None else surface_of(reader, place)
+        if linked(Input(output.inputs["Displacement"])) is not None:
+            reader.note("displacement is not simulated; the surface stays as the mesh is")
+    spectrum = spectra.spectrum_of(translation, material)
+    if spectrum is not None and surface is not None:
+        surface = with_spectrum(surface, spectrum)
+    if len(reader.uv_maps) > 1:
+        shown = ", ".join(
+            repr(uv_map) if uv_map.isprintable() and uv_map else "the active one" for uv_map in reader.uv_maps
+        )
+        reader.note(f"its images lie on different coordinates ({shown}); all were laid on the first")
+    return Dressed(Material(name, surface, medium), reader.uv_maps[0] if reader.uv_maps else None)

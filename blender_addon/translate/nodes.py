@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Walking a node tree backwards from a socket, through reroutes, muted nodes and node groups."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+MOST_HOPS = 1000
+"""Longer chains are not walked: only a broken file holds one."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input socket, and the group nodes that its node stands inside, outermost first."""
+
+    socket: Any
+    groups: tuple[Any, ...] = ()
+
+    @property
+    def node(self) -> Any:
+        return self.socket.node
+
+    def sibling(self, name: str) -> Input | None:
+        """Another input of the same node, by identifier."""
+        return _named(self.socket.node.inputs, name, self.groups)
+
+    def source(self) -> Output | Input:
+        """What feeds it: the output of a working node, or the input whose own value counts."""
+        place: Input = self
+        for _ in range(MOST_HOPS):
+            link = _link(place.socket)
+            if link is None:
+                return place
+            step = _through(link.from_socket, place.groups)
+            if isinstance(step, Output):
+                return step
+            if step is None:
+                return place
+            place = step
+        return place
+
+    @property
+    def default(self) -> Any:
+        """The value that the socket itself holds, None where its kind holds none."""
+        return getattr(self.socket, "default_value", None)
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output socket of a node that does work, and the group nodes around it."""
+
+    socket: Any
+    groups: tuple[Any, ...] = ()
+
+    @property
+    def node(self) -> Any:
+        return self.socket.node
+
+    def input(self, name: str) -> Input | None:
+        """Input of this node by identifier, else by name; None where this Blender's node has none such."""
+        return _named(self.node.inputs, name, self.groups)
+
+    def value(self, name: str, fallback: Any = None) -> Any:
+        """What the input itself holds, whether linked or not; ``fallback`` where it does not exist."""
+        found = self.input(name)
+        return fallback if found is None or found.default is None else found.default
+
+    @property
+    def label(self) -> str:
+        """What the user calls the node."""
+        node = self.node
+        return str(node.label or (node.bl_label if hasattr(node, "bl_label") else node.name))
+
+
+def _named(sockets: Any, name: str, groups: tuple[Any, ...]) -> Input | None:
+    for attribute in ("identifier", "name"):
+        for socket in sockets:
+            if getattr(socket, attribute) == name:
+                return Input(socket, groups)
+    return None
+
+
+def _link(socket: Any) -> Any:
+    """The link that counts: an input has one at most, unless it is muted or broken."""
+    if not socket.is_linked:
+        return None
+    return next((link for link in socket.links if not link.is_muted and link.is_valid), None)
+
+
+def _through(socket: Any, groups: tuple[Any, ...]) -> Output | Input | None:
+    """The output itself where its node works, the input to go on from where it only passes on, None at a dead end."""
+    node = socket.node
+    if node.mute and node.type != "REROUTE":
+        inner = next((link for link in node.internal_links if link.to_socket == socket), None)
+        return None if inner is None else Input(inner.from_socket, groups)
+    if node.type == "REROUTE":
+        return Input(node.inputs[0], groups)
+    if node.type == "GROUP_INPUT":
+        return _named(groups[-1].inputs, socket.identifier, groups[:-1]) if groups else None
+    if node.type == "GROUP":
+        ends = output_nodes(node.node_tree, "GROUP_OUTPUT")
+        return _named(ends[0].inputs, socket.identifier, (*groups, node)) if ends else None
+    return Output(socket, groups)
+
+
+def output_nodes(tree: Any, kind: str) -> list[Any]:
+    """Nodes of a type in a tree, the active one first."""
+    if tree is None:
+        return []
+    found = [node for node in tree.nodes if node.type == kind and not node.mute]
+    return sorted(found, key=lambda node: not getattr(node, "is_active_output", False))
+
+
+def surface_output(tree: Any, kind: str = "OUTPUT_MATERIAL") -> Any:
+    """The output node that this engine reads: Blender's choice among those for all engines and for Cycles."""
+    found = [node for node in output_nodes(tree, kind) if getattr(node, "target", "ALL") in ("ALL", "CYCLES")]
+    cycles_first = sorted(found, key=lambda node: getattr(node, "target", "ALL") != "CYCLES")
+    return cycles_first[0] if cycles_first else None
+
+
+def linked(place: Input | None) -> Output | None:
+    """The output that feeds an input, None where nothing does."""
+    if place is None:
+        return None
+    source = place.source()
+    return source if isinstance(source, Output) else None

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that stands in a scene: instances of shared meshes, lamps, and what has no place here, by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
+
+from .context import Translation
+from .lights import translate_light
+from .materials import Dressed, translate_material
+from .meshes import GENERATED, translate_mesh, uv_layer
+from .volumes import translate_volume
+
+AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
+"""Objects whose faces, where they have any, Blender lists as a mesh instance of its own."""
+LEFT_OUT = {
+    "CURVES": "hair curves are not rendered; convert them to a mesh to see them",
+    "POINTCLOUD": "point clouds are not rendered; instance a mesh on the points to see them",
+    "GPENCIL": "grease pencil is not rendered",
+    "GREASEPENCIL": "grease pencil is not rendered",
+}
+UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
+
+
+@dataclass
+class Collected:
+    """What a walk over the depsgraph has found so far, everything named once."""
+
+    translation: Translation
+    meshes: dict[Any, Mesh | None] = field(default_factory=dict)
+    dressed: dict[Any, Dressed] = field(default_factory=dict)
+    instances: list[Instance] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    volumes: list[VolumeObject] = field(default_factory=list)
+    _names: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """Each material that is worn, once."""
+        return tuple({dressed.material.name: dressed.material for dressed in self.dressed.values()}.values())
+
+    def unique(self, kind: str, name: str) -> str:
+        """``name`` for its first use, with a count after it from then on."""
+        key = f"{kind} {name}"
+        self._names[key] = count = self._names.get(key, 0) + 1
+        return name if count == 1 else self.unique(kind, f"{name} #{count}")
+
+
+def collect(translation: Translation) -> Collected:
+    """Walk over every instance that the render shows."""
+    found = Collected(translation)
+    for instance in translation.depsgraph.object_instances:
+        thing = instance.object
+        if not instance.show_self and not (instance.is_instance and instance.show_particles):
+            continue
+        try:
+            _collect_one(found, thing, instance)
+        except InvalidInputError as error:
+            translation.note(thing.name, f"{error}; the object was left out")
+    _note_hair(found)
+    return found
+
+
+def _collect_one(found: Collected, thing: Any, instance: Any) -> None:
+    translation = found.translation
+    if thing.type == "LIGHT":
+        name = found.unique("light", thing.name_full)
+        placed = (instance.matrix_world.copy(), thing.lightgroup)
+        light = translate_light(translation, name, thing.data, placed)
+        if light is not None:
+            found.lights.append(light)
+    elif thing.type == "MESH":
+        _collect_mesh(found, thing, instance)
+    elif thing.type == "VOLUME":
+        translate_volume(found, thing, instance)
+    elif thing.type not in AS_MESH + UNSEEN:
+        translation.note(thing.name, LEFT_OUT.get(thing.type, f"objects of type {thing.type.lower()} are not rendered"))
+
+
+def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
+    matrix = np.array(instance.matrix_world, dtype=np.float64)
+    if not np.isfinite(matrix).all():
+        found.translation.note(thing.name, "its transform is not finite; the object was left out")
+        return
+    dressed = [_dress(found, slot) for slot in _materials(thing)]
+    uv_map = _uv_map(found, thing, dressed)
+    mesh = _mesh(found, thing, uv_map)
+    if mesh is None:
+        return
+    highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
+    dressed += [dressed[-1]] * (highest + 1 - len(dressed))  # a face past the last slot wears the last, as in Blender
+    if uv_map not in (None, GENERATED) and uv_layer(thing.data, uv_map or "") is None:
+        which = f"no UV map {uv_map!r}" if uv_map else "no UV map"
+        found.translation.note(thing.name, f"it has {which} for the images on it; they show their corner pixel")
+    _note_visibility(found.translation, thing)
+    found.instances.append(
+        Instance(
+            found.unique("instance", thing.name_full),
+            mesh.name,
+            matrix,
+            tuple(item.material.name for item in dressed),
+            thing.lightgroup,
+        )
+    )
+
+
+def _materials(thing: Any) -> list[Any]:
+    slots = [slot.material for slot in thing.material_slots]
+    return slots or list(getattr(thing.data, "materials", ())) or [None]
+
+
+def _dress(found: Collected, material: Any) -> Dressed:
+    key = None if material is None else material.as_pointer()
+    if key not in found.dressed:
+        found.dressed[key] = translate_material(found.translation, material)
+    return found.dressed[key]
+
+
+def _uv_map(found: Collected, thing: Any, dressed: list[Dressed]) -> str | None:
+    """UV map that the materials of an object read; a mesh carries one here."""
+    asked = list(dict.fromkeys(item.uv_map for item in dressed if item.uv_map is not None))
+    if len(asked) > 1:
+        found.translation.note(thing.name, "its materials use different UV maps; all images were laid on the first")
+    return asked[0] if asked else None
+
+
+def _mesh(found: Collected, thing: Any, uv_map: str | None) -> Mesh | None:
+    """Mesh of an evaluated object, shared by all that have the same evaluated data."""
+    key = (thing.data.as_pointer(), uv_map)
+    if key not in found.meshes:
+        found.meshes[key] = translate_mesh(found.unique("mesh", thing.data.name_full), thing.data, uv_map)
+    return found.meshes[key]
+
+
+VISIBILITY = {
+    "visible_camera": "cameras", "visible_diffuse": "diffuse light", "visible_glossy": "reflections",
+    "visible_transmission": "refractions", "visible_shadow": "shadows",
+}  # fmt: skip
+
+
+def _note_visibility(translation: Translation, thing: Any) -> None:
+    hidden = [what for name, what in VISIBILITY.items() if not getattr(thing, name, True)]
+    if hidden:
+        translation.note(thing.name, f"it is seen here by everything, although hidden from {', '.join(hidden)}")
+    for name, what in (("is_holdout", "a holdout"), ("is_shadow_catcher", "a shadow catcher")):
+        if getattr(thing, name, False):
+            translation.note(thing.name, f"it is {what}, which is rendered as a plain object")
+
+
+def _note_hair(found: Collected) -> None:
+    """Particle hair is no object of its own: ask the objects that grow it."""
+    for thing in found.translation.depsgraph.objects:
+        for system in getattr(thing, "particle_systems", ()):
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                found.translation.note(thing.name, "particle hair is not rendered; convert it to a mesh to see it")

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which fader moves which number, and over what range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Self
+
+from spectral_core.errors import InvalidInputError
+
+CONTROL_KINDS = ("cc", "cc14", "bend", "osc")
+STEPS = {"cc": 127, "cc14": 16383, "bend": 16383, "osc": 1 << 24}
+"""Number of steps from one end of a control to the other; an OSC float has 24 bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """One fader, knob or slider. ``kind``: "cc" (7-bit MIDI), "cc14" (MIDI pair n, n+32), "bend" (pitch bend), "osc".
+
+    ``channel``: MIDI channel 0 to 15; ``address``: controller number, or OSC address such as ``/fader/1``.
+    """
+
+    kind: Literal["cc", "cc14", "bend", "osc"]
+    channel: int = 0
+    address: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in CONTROL_KINDS:
+            raise InvalidInputError(f"control kind {self.kind!r} is not one of {', '.join(CONTROL_KINDS)}")
+        if not 0 <= self.channel <= 15:
+            raise InvalidInputError(f"MIDI channel {self.channel} is not from 0 to 15")
+        if self.kind == "osc" and not self.address.startswith("/"):
+            raise InvalidInputError(f"OSC address {self.address!r} does not start with '/'")
+        most = {"cc": 127, "cc14": 31}.get(self.kind)
+        if most is not None and not (self.address.isdigit() and int(self.address) <= most):
+            raise InvalidInputError(f"controller {self.address!r} of a {self.kind} is not a number from 0 to {most}")
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Control of a text as str() writes it: ``cc:0:81``, ``bend:3:``, ``osc:0:/fader/1``."""
+        parts = text.split(":", 2)
+        if len(parts) != 3 or not parts[1].isdigit():
+            raise InvalidInputError(f"{text!r} names no control; expected kind:channel:address, such as cc:0:81")
+        return cls(parts[0], int(parts[1]), parts[2])  # type: ignore[arg-type]
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.channel}:{self.address}"
+
+    @property
+    def step(self) -> float:
+        """Smallest difference of positions that this control can tell, as a share of its travel."""
+        return 1.0 / STEPS[self.kind]
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """A control moves ``target`` from ``low`` (fader down) to ``high`` (fader up).
+
+    ``target``: any name the owner of the numbers understands, such as a Blender data path. ``pick_up``: the control
+    does nothing until it has passed the target's present value, so that nothing jumps.
+    """
+
+    control: Control
+    target: str
+    low: float = 0.0
+    high: float = 1.0
+    pick_up: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.low != self.high or not abs(self.high - self.low) < float("inf"):
+            raise InvalidInputError(
+                f"the range of {self.target!r} runs from {self.low} to {self.high}; give two different finite ends"
+            )
+
+    def value(self, position: float) -> float:
+        """Target's value at a position in [0, 1]; the ends are met exactly."""
+        return self.high if position >= 1 else self.low + (self.high - self.low) * max(position, 0.0)
+
+    def position(self, value: float) -> float:
+        """Position in [0, 1] that shows ``value``; a value outside the range stands at the end nearest to it."""
+        return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))

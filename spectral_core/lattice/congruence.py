@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Are two lattices the same up to rotation (congruent), and up to size (similar)? Decided, not only refuted.
+
+The thesis compares sorted lists of lengths, which is necessary only. Here an isometry is searched for: images of the
+vectors of a reduced basis among vectors of equal length, with equal inner products (Plesken and Souvignier).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.lattice.reduction import vectors_up_to
+from spectral_core.lattice.voronoi import checked_basis
+
+Matrix = NDArray[np.float64]
+
+MAX_STEPS = 200_000
+"""Partial maps tried before the search gives up with an error."""
+
+
+def isometry(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) -> NDArray[np.int64] | None:
+    """Unimodular T with (A T)ᵀ(A T) = BᵀB for reduced bases A, B of two lattices, or None when there is none.
+
+    ``tolerance`` is relative to the longest basis vector, squared. Raises SolveError after ``MAX_STEPS`` partial maps.
+    """
+    a, b = checked_basis(first), checked_basis(second)
+    if a.shape != b.shape:
+        raise InvalidInputError(
+            f"lattices of dimension {len(a)} and {len(b)} cannot be compared; give equal dimensions"
+        )
+    gram = b.T @ b
+    scale = float(gram.diagonal().max())
+    if abs(abs(np.linalg.det(a)) / abs(np.linalg.det(b)) - 1.0) > len(a) * tolerance:
+        return None
+    coefficients, vectors, squared = vectors_up_to(a, scale * (1.0 + tolerance))
+    candidates = [np.flatnonzero(np.abs(squared - gram[i, i]) <= tolerance * scale) for i in range(len(b))]
+    chosen: list[int] = []
+    positions = [iter(candidates[0])]
+    for _ in range(MAX_STEPS):
+        index = next(positions[-1], None)
+        if index is None:
+            positions.pop()
+            if not positions:
+                return None
+            chosen.pop()
+            continue
+        chosen.append(int(index))
+        if len(chosen) == len(b):
+            return coefficients[chosen].T.copy()
+        level = len(chosen)
+        options = candidates[level]
+        products = vectors[options] @ vectors[chosen].T
+        fits = (np.abs(products - gram[level, :level]) <= tolerance * scale).all(axis=1)
+        positions.append(iter(options[fits]))
+    raise SolveError(
+        f"the congruence test passed {MAX_STEPS} steps without a decision; these lattices are very symmetric"
+    )
+
+
+def are_congruent(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) -> bool:
+    """Whether a rotation (or reflection) maps one lattice onto the other."""
+    return isometry(first, second, tolerance=tolerance) is not None
+
+
+def are_similar(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) -> bool:
+    """Whether the lattices are congruent after scaling both to unit density."""
+    return are_congruent(*(_unit(checked_basis(b)) for b in (first, second)), tolerance=tolerance)
+
+
+def _unit(basis: Matrix) -> Matrix:
+    unit: Matrix = basis / abs(np.linalg.det(basis)) ** (1.0 / len(basis))
+    return unit

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene on its way to a picture: loaded once, traced in passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import RenderError, SpectralError
+from spectral_core.render.accumulate import Accumulator
+from spectral_core.render.first_hit import FirstHit
+from spectral_core.render.mitsuba_scene import load_scene
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
+from spectral_core.render.plan import EffectPlan
+from spectral_core.render.simulated import simulated_scene
+from spectral_core.render.variant import activate, choose_backend
+from spectral_core.render.volumes import volume_integrator
+from spectral_core.render.wavelengths import Bands, plan_wavelengths
+from spectral_core.scene import Color, Note, Scene
+from spectral_core.spectrum import Spectrum
+
+UNLIMITED_ROULETTE = 5
+"""Bounces after which Russian roulette may end a path."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measure:
+    """What to measure beside the picture.
+
+    ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
+    paths of the whole scene, so that they add up to it. ``sampling_lights``: lights whose wavelengths are drawn most
+    often; None for the scene's own. Renders with equal seeds and equal ``sampling_lights`` trace the same paths.
+    """
+
+    bands: Bands | None = None
+    groups: bool = False
+    sampling_lights: Sequence[Spectrum] | None = None
+
+
+class RenderJob:
+    """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
+
+    def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
+        self.plan = plan
+        self.scene = simulated_scene(scene, plan)
+        backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
+        self.variant = backend.variant
+        self._mitsuba = activate(backend)
+        wavelengths = None
+        if plan.is_spectral:
+            lights = measure.sampling_lights or light_spectra(self.scene)
+            wavelengths = plan_wavelengths(
+                lights,
+                measure.bands,
+                disperses=plan.is_on("dispersion"),
+                follow_bands=measure.sampling_lights is None,
+            )
+        try:
+            self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
+            self._integrators = self._load_integrators(groups=measure.groups)
+            self._first_hit = FirstHit(
+                self._mitsuba, self._loaded.scene, self._loaded.hidden, self.scene.film.transparent
+            )
+            names = list(self._loaded.switches) if measure.groups else [""]
+            self._sums = {
+                name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
+                for name in names or [""]
+            }
+        except SpectralError:
+            raise
+        except Exception as error:
+            raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
+        self.notes = tuple(Note("Renderer", text) for text in backend.notes) + self._loaded.notes
+
+    def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
+        """By light group; the same one for all but where volumes have light of their own: the first group has it."""
+        surface = integrator_description(self.plan)
+        names = (list(self._loaded.switches) if groups else []) or [""]
+        if not self.scene.volumes:
+            return dict.fromkeys(names, self._mitsuba.load_dict(surface))
+
+        def load(own_light: bool) -> Any:
+            return volume_integrator(
+                self._mitsuba, self.scene, surface, spectral=self.plan.is_spectral, own_light=own_light
+            )
+
+        first, *others = names
+        return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
+
+    @property
+    def samples(self) -> int:
+        """Samples per pixel so far."""
+        return min(sums.samples for sums in self._sums.values())
+
+    def trace(self, samples: int, should_stop: Callable[[], bool] | None = None) -> bool:
+        """Add ``samples`` per pixel; False where ``should_stop`` said so before all were traced."""
+        try:
+            for group, sums in self._sums.items():
+                if self._loaded.switches:
+                    self._loaded.light_only(group)
+                for _ in sums.add(self._first_hit, self._integrators[group], samples):
+                    if should_stop is not None and should_stop():
+                        return False
+        except Exception as error:
+            raise RenderError(f"Mitsuba stopped while rendering: {error}") from error
+        return True
+
+    def picture(self) -> NDArray[np.float32]:
+        """(height, width, 4) linear sRGB and coverage so far, row 0 at the bottom: the sum of all groups."""
+        first, *others = self.group_pictures().values()
+        total = first.copy()
+        for other in others:
+            total[..., :3] += other[..., :3]
+        return total
+
+    def band_picture(self) -> NDArray[np.float32]:
+        """(height, width, n_bands) so far, the sum of all groups."""
+        return np.asarray(sum(self.group_band_pictures().values()))
+
+    def group_pictures(self) -> dict[str, NDArray[np.float32]]:
+        """Picture so far of each light group; coverage is the same in all."""
+        return {name: sums.picture() for name, sums in self._sums.items()}
+
+    def group_band_pictures(self) -> dict[str, NDArray[np.float32]]:
+        """Spectral channels so far of each light group."""
+        return {name: sums.band_picture() for name, sums in self._sums.items()}
+
+
+def integrator_description(plan: EffectPlan) -> dict[str, Any]:
+    """Mitsuba's integrator for a plan: plain path tracing unless light passes through surfaces or media."""
+    kind = "volpath" if plan.is_on("media") or plan.is_on("transparency") else "path"
+    depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
+    return {
+        "type": kind,
+        "max_depth": depth,
+        "rr_depth": min(UNLIMITED_ROULETTE, depth),
+    }
+
+
+def light_spectra(scene: Scene) -> list[Spectrum]:
+    """Spectra of everything that emits, where wavelengths are worth tracing."""
+    paints: list[Any] = [light.color for light in scene.lights]
+    if not scene.world.is_black:
+        paints.append(scene.world.color)
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    plain = [paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3)) for paint in paints]
+    return [emitted_spectrum(paint, white) for paint in plain]

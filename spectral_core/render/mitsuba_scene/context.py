@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every part of the scene's translation needs: the renderer, the kind of transport, and where notes go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from spectral_core.scene import Note
+from spectral_core.spectrum import Spectrum
+
+
+@dataclass
+class Context:
+    """One scene's way into Mitsuba.
+
+    ``mitsuba``: the module with its variant set. ``spectral``: spectral or RGB transport. ``switches``: per light
+    group what turns its emitters on and off, None where groups are not told apart. ``notes``: what is rendered as
+    something near to it, said once each. ``white``: what emitted colors tint, with Y = 1; None for D65.
+    """
+
+    mitsuba: Any
+    spectral: bool
+    switches: dict[str, list[Callable[[bool], None]]] | None = None
+    notes: list[Note] = field(default_factory=list)
+    white: Spectrum | None = None
+
+    def note(self, subject: str, message: str) -> None:
+        """Remember a note, once."""
+        if not any(note.subject == subject and note.message == message for note in self.notes):
+            self.notes.append(Note(subject, message))
+
+    def switched(self, texture: Any, group: str) -> Any:
+        """An emitter's color under its light group's switch, where groups are told apart."""
+        if self.switches is None:
+            return texture
+        paint = self.load({"type": "switched_paint", "color": texture})
+        self.switches.setdefault(group, []).append(paint.switch)
+        return paint
+
+    def load(self, description: dict[str, Any]) -> Any:
+        """Mitsuba object of a description.
+
+        One thread and no merging of equal children: emitters keep their order and identity, so that equal seeds give
+        equal paths.
+        """
+        return self.mitsuba.load_dict(description, parallel=False, optimize=False)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes as Mitsuba shapes: one per material, in world space, or shared as a shape group where used more than once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import Mesh
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Triangles of one material, ready for Mitsuba: float32 (v, 3), uint32 (t, 3), and what goes with them."""
+
+    name: str
+    positions: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    normals: NDArray[np.float32] | None
+    uvs: NDArray[np.float32] | None
+
+
+def split_by_material(mesh: Mesh) -> dict[int, Part]:
+    """Material index -> its triangles; triangles without area are left out, they can be neither hit nor sampled."""
+    solid = np.any(_doubled_areas(mesh.positions, mesh.triangles) != 0, axis=1)
+    indices = np.zeros(len(mesh.triangles), np.uint16) if mesh.material_indices is None else mesh.material_indices
+    used = np.unique(indices[solid])
+    if used.size == 1 and solid.all():
+        return {int(used[0]): Part(mesh.name, mesh.positions, mesh.triangles, mesh.normals, mesh.uvs)}
+    return {int(index): _subset(mesh, mesh.triangles[solid & (indices == index)], int(index)) for index in used}
+
+
+def _subset(mesh: Mesh, triangles: NDArray[np.uint32], index: int) -> Part:
+    """The part of a mesh that some of its triangles use, vertices renumbered."""
+    used = np.zeros(len(mesh.positions), bool)
+    used[triangles.ravel()] = True
+    renumbered = (np.cumsum(used) - 1).astype(np.uint32)
+    pick = lambda values: None if values is None else values[used]  # noqa: E731
+    return Part(f"{mesh.name}.{index}", mesh.positions[used], renumbered[triangles], pick(mesh.normals), pick(mesh.uvs))
+
+
+def transformed(part: Part, matrix: NDArray[np.float64]) -> Part:
+    """The part in world space. A mirroring matrix turns the corner order, so that fronts stay fronts."""
+    linear = matrix[:3, :3]
+    positions = (part.positions.astype(np.float64) @ linear.T + matrix[:3, 3]).astype(np.float32)
+    mirrored = np.linalg.det(linear) < 0
+    triangles = np.ascontiguousarray(part.triangles[:, ::-1]) if mirrored else part.triangles
+    normals = part.normals
+    if normals is not None:
+        # normals go with the cofactors: the inverse transpose times the determinant, finite even where it is 0
+        turned = normals.astype(np.float64) @ _cofactors(linear).T * (-1.0 if mirrored else 1.0)
+        lengths = np.linalg.norm(turned, axis=1, keepdims=True)
+        normals = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0).astype(np.float32)
+    return Part(part.name, positions, triangles, normals, part.uvs)
+
+
+def _cofactors(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    a, b, c = linear.T
+    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+
+
+def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
+    """Mitsuba mesh of a part, with its BSDF, emitter and media (``children``, by any name)."""
+    mi = context.mitsuba
+    properties = mi.Properties()
+    for name, child in children.items():
+        properties[name] = child
+    if part.normals is None:
+        properties["face_normals"] = True
+    mesh = mi.Mesh(
+        part.name,
+        vertex_count=len(part.positions),
+        face_count=len(part.triangles),
+        has_vertex_normals=part.normals is not None,
+        has_vertex_texcoords=part.uvs is not None,
+        props=properties,
+    )
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = mi.Float(part.positions.ravel())
+    parameters["faces"] = mi.UInt32(part.triangles.ravel())
+    if part.normals is not None:
+        parameters["vertex_normals"] = mi.Float(part.normals.ravel())
+    if part.uvs is not None:
+        parameters["vertex_texcoords"] = mi.Float(part.uvs.ravel())
+    parameters.update()
+    return mesh
+
+
+def polygon(corners: NDArray[np.float64], name: str) -> Part:
+    """A flat convex polygon (n, 3), fanned into triangles; its front sees the corners counterclockwise."""
+    count = len(corners)
+    fan = np.array([[0, k, k + 1] for k in range(1, count - 1)], np.uint32)
+    return Part(name, corners.astype(np.float32), fan, None, None)
+
+
+def area_of(part: Part) -> float:
+    """Sum of the triangles' areas."""
+    return float(np.linalg.norm(_doubled_areas(part.positions, part.triangles), axis=1).sum() / 2)
+
+
+def _doubled_areas(positions: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDArray[np.float64]:
+    """Normals (t, 3) of triangles, as long as twice their areas."""
+    first, second, third = (positions[triangles[:, corner]].astype(np.float64) for corner in range(3))
+    return np.asarray(np.cross(second - first, third - first)).reshape(-1, 3)

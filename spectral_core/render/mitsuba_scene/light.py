@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's lights and surroundings as Mitsuba emitters, in Blender's units.
+
+Lights with an extent are shapes that let rays pass (a ``null`` surface), because Blender's lights cast no shadow.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene import geometry, paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import AreaLight, Color, ImageTexture, Light, PointLight, SpotLight, SunLight, World
+from spectral_core.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+ELLIPSE_CORNERS = 96
+SUN_DISTANCE = 2e3
+"""Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
+_ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""Mitsuba's environment has +y up and -z at its left edge; Blender's +z up and -x there."""
+
+
+def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, float]) -> list[Any]:
+    """Mitsuba objects of a light, none where it sheds no light.
+
+    ``scene_sphere``: center (3,) and radius of what it may shine on.
+    """
+    color = light.color
+    if not isinstance(color, (Color, Spectrum)):
+        context.note(light.name, "is a light with an image or a mix as its color; it is rendered white")
+        color = Color(np.ones(3))
+    if isinstance(light, SunLight):
+        return _sun(context, light, color, scene_sphere)
+    if light.power_w == 0:
+        return []
+    if isinstance(light, AreaLight):
+        return _area(context, light, color)
+    intensity = light.power_w / (4 * np.pi)
+    if isinstance(light, SpotLight):
+        return [_spot(context, light, color, intensity)]
+    return [_point(context, light, color, intensity)]
+
+
+def _point(context: Context, light: PointLight, color: Color | Spectrum, intensity: float) -> Any:
+    center = [float(value) for value in light.world_from_light[:3, 3]]
+    if light.radius <= 0:
+        return context.load(
+            {"type": "point", "position": center, "intensity": _emitted(context, light, color, intensity)}
+        )
+    return _ball(context, light, color, intensity)
+
+
+def _ball(
+    context: Context, light: PointLight | SpotLight, color: Color | Spectrum, intensity: float, **cone: Any
+) -> Any:
+    emitter: dict[str, Any] = {
+        "type": "blender_ball",
+        "center": context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3]),
+        "softening": float(light.radius) if light.soft_falloff else 0.0,
+        "radiance": _emitted(context, light, color, intensity / (np.pi * light.radius**2)),
+        **cone,
+    }
+    return context.load(
+        {
+            "type": "sphere",
+            "center": [float(value) for value in light.world_from_light[:3, 3]],
+            "radius": float(light.radius),
+            "bsdf": {"type": "null"},
+            "emitter": emitter,
+        }
+    )
+
+
+def _spot(context: Context, light: SpotLight, color: Color | Spectrum, intensity: float) -> Any:
+    mi = context.mitsuba
+    axis = -light.world_from_light[:3, 2]
+    cone = {
+        "axis": mi.ScalarVector3f(axis / max(float(np.linalg.norm(axis)), 1e-30)),
+        "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
+        "blend": float(light.blend),
+    }
+    if light.radius > 0:
+        return _ball(context, light, color, intensity, **cone)
+    center = mi.ScalarPoint3f(light.world_from_light[:3, 3])
+    emitted = _emitted(context, light, color, intensity)
+    return context.load({"type": "blender_spot", "center": center, "intensity": emitted, **cone})
+
+
+def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_sphere: tuple[Array, float]) -> list[Any]:
+    direction = -light.world_from_light[:3, 2]
+    length = np.linalg.norm(direction)
+    if light.irradiance == 0 or length == 0:
+        return []
+    direction = direction / length
+    half_angle = min(light.angle_rad, np.pi) / 2
+    if half_angle < 1e-5:
+        irradiance = _emitted(context, light, color, light.irradiance)
+        return [
+            context.load({"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance})
+        ]
+    center, radius = scene_sphere
+    half_angle = min(half_angle, np.radians(89.0))
+    distance = SUN_DISTANCE * max(radius, 1e-6)
+    corners = _ellipse(_basis(direction), center - direction * distance, 2 * distance * np.tan(half_angle) * np.ones(2))
+    # the disk's irradiance on what faces it: radiance · π sin²(half angle)
+    radiance = light.irradiance / (np.pi * np.sin(half_angle) ** 2)
+    return [
+        _emitting_polygon(context, geometry.polygon(corners, light.name), _emitted(context, light, color, radiance))
+    ]
+
+
+def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[Any]:
+    axes = light.world_from_light[:3, :3].copy()
+    axes[:, 1:] *= -1  # turned about x, so that the front looks along -z
+    origin, size = light.world_from_light[:3, 3], np.asarray(light.size, dtype=np.float64)
+    if light.shape == "ellipse":
+        corners = _ellipse(axes, origin, size)
+    else:
+        signs = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+        corners = origin + (signs * size) @ axes[:, :2].T
+    if np.linalg.det(axes) < 0:
+        corners = corners[::-1]
+    part = geometry.polygon(corners, light.name)
+    area = geometry.area_of(part)
+    if not area > 0:
+        context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
+        return []
+    radiance = _emitted(context, light, color, light.power_w / (np.pi * area))
+    spread: dict[str, float] = {}
+    if light.spread_rad < np.pi - 1e-6:
+        spread = _spread(max(light.spread_rad, np.radians(1.0)) / 2)
+    return [_emitting_polygon(context, part, radiance, spread)]
+
+
+def _spread(half_angle: float) -> dict[str, float]:
+    """Cycles' spread: a tent in the tangent of the angle, that keeps what the light sends straight ahead in balance.
+
+    Cycles (light/area.h): attenuation max(0, normalize · (tan s - tan θ)) with normalize = 1 / (tan s - s).
+    """
+    tangent = np.tan(half_angle)
+    return {"spread_tangent": float(tangent), "spread_gain": float(tangent / (tangent - half_angle))}
+
+
+def _basis(direction: Array) -> Array:
+    """Axes (3, 3) whose third column is ``direction``."""
+    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    first = np.cross(helper, direction)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(direction, first), direction], axis=1)
+
+
+def _ellipse(axes: Array, origin: Array, size: Array) -> Array:
+    """Corners of a polygon with the same area as the ellipse of full extent ``size`` along the first two axes."""
+    angles = np.arange(ELLIPSE_CORNERS) * (2 * np.pi / ELLIPSE_CORNERS)
+    inscribed_share = np.sin(2 * np.pi / ELLIPSE_CORNERS) * ELLIPSE_CORNERS / (2 * np.pi)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1) / np.sqrt(inscribed_share)
+    return np.asarray(origin + (circle * size / 2) @ axes[:, :2].T)
+
+
+def _emitted(context: Context, light: Light, color: Color | Spectrum, strength: float) -> Any:
+    return context.switched(paint.constant_emission(context, color, strength), light.group)
+
+
+def _emitting_polygon(
+    context: Context, part: geometry.Part, radiance: Any, spread: dict[str, float] | None = None
+) -> Any:
+    kind = "blender_area" if spread else "area"
+    emitter = context.load({"type": kind, "radiance": radiance, **(spread or {})})
+    return geometry.mesh_shape(context, part, {"bsdf": context.load({"type": "null"}), "emitter": emitter})
+
+
+def world_emitter(context: Context, world: World) -> Any | None:
+    """Mitsuba's environment, or None for a black one."""
+    if world.is_black:
+        return None
+    if isinstance(world.color, (Color, Spectrum)):
+        radiance = paint.constant_emission(context, world.color, world.strength)
+        return context.load({"type": "constant", "radiance": context.switched(radiance, world.group)})
+    if isinstance(world.color, ImageTexture):
+        return _environment(context, world, world.color)
+    context.note("World", "has a mixed color; the first part of the mix lights the scene")
+    first = World(world.color.first, world.strength, world.world_from_environment, world.group)
+    return world_emitter(context, first)
+
+
+def _rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The same image with its first and last row at the poles, as Mitsuba reads it.
+
+    An image's rows are centers of equal bands. Twice as many rows and one hold a linear interpolation between them
+    exactly; an image of 1024 rows or more is fine enough to keep its size.
+    """
+    height, width = rows.shape[:2]
+    nodes = 2 * height + 1 if height < 1024 else height
+    place = np.clip(np.linspace(0, height, nodes) - 0.5, 0, height - 1)
+    low = np.minimum(place.astype(int), max(height - 2, 0))
+    high = np.minimum(low + 1, height - 1)
+    share = (place - low)[:, None, None].astype(np.float32)
+    resampled = rows[low] * (1 - share) + rows[high] * share
+    if width < 2:
+        resampled = np.repeat(resampled, 2, axis=1)
+    return np.ascontiguousarray(resampled, dtype=np.float32)
+
+
+def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
+    mi = context.mitsuba
+    pixels = np.maximum(paint.color_pixels(image), 0.0)
+    if not pixels.any():
+        return None
+    if pixels.shape[2] == 1:
+        pixels = np.repeat(pixels, 3, axis=2)
+    rows_from_top = _rows_from_pole_to_pole(pixels[::-1])
+    # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
+    unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
+    scale = float(world.strength) * unit
+    emitter = context.load(
+        {
+            "type": "envmap",
+            "bitmap": mi.Bitmap(rows_from_top),
+            "scale": scale,
+            "to_world": mi.ScalarTransform4f(world.world_from_environment @ _ENVIRONMENT_AXES),
+        }
+    )
+    if context.switches is not None:
+        import drjit
+
+        parameters = mi.traverse(emitter)
+
+        def switch(on: bool) -> None:
+            parameters["scale"] = drjit.opaque(mi.Float, scale if on else 0.0)
+            parameters.update()
+
+        context.switches.setdefault(world.group, []).append(switch)
+    return emitter

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Paints as Mitsuba textures: reflectances in [0, 1], emission in units where white (1, 1, 1) has Y = 1.
+
+Spectral transport: a reflectance color becomes the smooth spectrum of Jakob and Hanika 2019; an emitted color tints
+D65; a sampled spectrum is read linearly between its knots and is zero outside. RGB transport: a sampled spectrum
+becomes its color, a reflectance under D65.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core import datasets
+from spectral_core.color import RGB_FROM_XYZ, linear_from_display_rgb
+from spectral_core.observer import normalized, xyz_of
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.wavelengths import WAVELENGTHS_NM
+from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+
+Array = NDArray[np.float64]
+
+
+@cache
+def white_light() -> Illuminant:
+    """D65 with Y = 1: the spectrum of emitted linear RGB (1, 1, 1), per nm."""
+    return normalized(datasets.illuminant("D65"))
+
+
+def reflectance(context: Context, paint: Paint, subject: str) -> Any:
+    """Texture of a share of light; colors above 1 are rendered as 1 and noted under ``subject``."""
+    if isinstance(paint, Color):
+        rgb = np.asarray(paint.linear_rgb)
+        if rgb.min() < 0 or rgb.max() > 1:
+            context.note(subject, "has a colour outside 0 to 1, which no surface reflects; it is rendered at the limit")
+            rgb = np.clip(rgb, 0.0, 1.0)
+        return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb)})
+    if isinstance(paint, Spectrum):
+        if context.spectral:
+            return sampled_spectrum(context, paint)
+        rgb = RGB_FROM_XYZ @ xyz_of(white_light(), paint)
+        return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
+    if isinstance(paint, ImageTexture):
+        return image(context, paint, subject)
+    return _mixed(context, paint, lambda part: reflectance(context, part, subject))
+
+
+def emission(context: Context, paint: Paint, strength: float, subject: str) -> Any:
+    """Texture of emitted radiance ``paint · strength``."""
+    if isinstance(paint, (Color, Spectrum)):
+        return constant_emission(context, paint, strength)
+    if isinstance(paint, ImageTexture):
+        return _emitting_image(context, paint, strength, subject)
+    return _mixed(context, paint, lambda part: emission(context, part, strength, subject))
+
+
+def constant_emission(context: Context, paint: Color | Spectrum, strength: float) -> Any:
+    """Texture of the same emitted spectrum everywhere, in radiance or, for lights, in radiant intensity."""
+    if context.spectral:
+        return sampled_spectrum(context, emitted_spectrum(paint, context.white).scaled(strength))
+    rgb = emitted_rgb(paint) * strength
+    return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb), "unbounded": True})
+
+
+def emitted_rgb(paint: Color | Spectrum) -> Array:
+    """Linear sRGB (3,) that a light of this paint adds to white; Y = 1 for a sampled spectrum."""
+    if isinstance(paint, Color):
+        return np.asarray(paint.linear_rgb)
+    return RGB_FROM_XYZ @ xyz_of(unit_luminance(paint))
+
+
+def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> Spectrum:
+    """Radiance per nm of a light: ``white`` (D65) tinted by a color, or a sampled spectrum with Y = 1."""
+    if isinstance(paint, Spectrum):
+        return unit_luminance(paint)
+    white = white or white_light()
+    rgb = np.maximum(paint.linear_rgb, 0.0)
+    size = float(rgb.max())
+    if size == 0:
+        return white.scaled(0.0)
+    if np.ptp(rgb) == 0:  # a gray tints nothing: the white keeps its own knots
+        return white.scaled(size)
+    grid = SpectralGrid(WAVELENGTHS_NM)
+    return Spectrum("emitted color", grid, white.at(WAVELENGTHS_NM) * upsampled(rgb / size) * size)
+
+
+def unit_luminance(light: Spectrum) -> Spectrum:
+    """The light scaled to Y = 1 under a perfect white; one that is zero everywhere stays so."""
+    if not np.any(light.values):
+        return light
+    return normalized(Illuminant(light.name, light.grid, light.values, source=light.source))
+
+
+def upsampled(linear_rgb: ArrayLike) -> Array:
+    """Reflectance (471,) at 1 nm of a color in [0, 1]: Mitsuba's own table (Jakob and Hanika 2019, Eq. 6)."""
+    import mitsuba
+
+    color = mitsuba.ScalarColor3f(np.asarray(linear_rgb))
+    coefficients = [float(value) for value in mitsuba.srgb_model_fetch(color)]
+    if not np.isfinite(coefficients).all():  # black and white have coefficients at infinity
+        return np.full(WAVELENGTHS_NM.size, float(coefficients[2] > 0))
+    value = np.polyval(coefficients, WAVELENGTHS_NM)
+    return 0.5 + value / (2 * np.sqrt(1 + value * value))
+
+
+def sampled_spectrum(context: Context, spectrum: Spectrum) -> Any:
+    """Mitsuba's reading of the same knots: linear in between, zero outside."""
+    knots, values = spectrum.grid.wavelengths_nm, spectrum.values
+    if not np.any(values):  # Mitsuba refuses a sampled spectrum that is zero everywhere
+        return context.load({"type": "uniform", "value": 0.0})
+    steps = np.diff(knots)
+    listed = ",".join(f"{value:.9g}" for value in values)
+    if np.ptp(steps) < 1e-9 * knots[-1]:  # equal steps need no search
+        ends = {"wavelength_min": float(knots[0]), "wavelength_max": float(knots[-1])}
+        return context.load({"type": "regular", **ends, "values": listed})
+    return context.load(
+        {"type": "irregular", "wavelengths": ",".join(f"{knot:.9g}" for knot in knots), "values": listed}
+    )
+
+
+def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
+    """A number as float, or one per place as texture; ``power`` is applied to either."""
+    if not isinstance(value, ImageTexture):
+        return float(value) ** power
+    amounts = color_pixels(value)
+    return _bitmap(context, value, amounts[..., :3].mean(axis=2, keepdims=True) ** power, subject)
+
+
+def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
+    """Like ``scalar``, a texture in both cases."""
+    found = scalar(context, value, subject)
+    return context.load({"type": "uniform", "value": found}) if isinstance(found, float) else found
+
+
+def image(context: Context, texture: ImageTexture, subject: str) -> Any:
+    """Texture of an image's colors (its alpha is left to the material), clipped to what a surface reflects."""
+    pixels = color_pixels(texture)
+    if pixels.min() < 0 or pixels.max() > 1:
+        context.note(subject, f"uses image {texture.name!r} with values outside 0 to 1; they are rendered at the limit")
+        pixels = np.clip(pixels, 0.0, 1.0)
+    return _bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
+
+
+def _emitting_image(context: Context, texture: ImageTexture, strength: float, subject: str) -> Any:
+    pixels = np.maximum(color_pixels(texture), 0.0)
+    largest = float(pixels.max())
+    if largest == 0:
+        return context.load({"type": "uniform", "value": 0.0})
+    share = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels
+    colors = _bitmap(context, texture, share / largest, subject)
+    white = constant_emission(context, Color(np.ones(3)), strength * largest)
+    return context.load({"type": "product_paint", "color": colors, "amount": white, "colored": True})
+
+
+def color_pixels(texture: ImageTexture) -> NDArray[np.float32]:
+    """Linear pixels (height, width, 1 or 3), row 0 at the bottom, alpha left out."""
+    pixels = texture.pixels[..., :3]
+    if pixels.dtype == np.uint8:
+        levels = np.arange(256) / 255.0
+        levels = linear_from_display_rgb(levels) if texture.color_space == "srgb" else levels
+        return levels.astype(np.float32)[pixels]
+    if texture.color_space == "srgb":
+        return linear_from_display_rgb(pixels).astype(np.float32)
+    return pixels
+
+
+def _bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32], subject: str) -> Any:
+    mi = context.mitsuba
+    uv = texture.uv_from_mesh_uv
+    if texture.extension == "clip":  # a frame of zeros that the last pixels then repeat
+        height, width = pixels.shape[:2]
+        pixels = np.pad(pixels, ((1, 1), (1, 1), (0, 0)))
+        inward = np.array(
+            [[width / (width + 2), 0, 1 / (width + 2)], [0, height / (height + 2), 1 / (height + 2)], [0, 0, 1]]
+        )
+        uv = inward @ uv
+    wrap = {"repeat": "repeat", "clip": "clamp", "extend": "clamp", "mirror": "mirror"}[texture.extension]
+    return context.load(
+        {
+            "type": "bitmap",
+            # as a Bitmap, not as a tensor: only that is upsampled to spectra where transport is spectral
+            "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
+            "raw": pixels.shape[2] == 1 or not context.spectral,
+            "wrap_mode": wrap,
+            "filter_type": "bilinear" if texture.interpolation == "linear" else "nearest",
+            "to_uv": mi.ScalarTransform3f(uv),
+        }
+    )
+
+
+def _mixed(context: Context, paint: MixedPaint, part: Any) -> Any:
+    factor = scalar_texture(context, paint.factor, "")
+    first, second = part(paint.first), part(paint.second)
+    return context.load({"type": "mixed_paint", "factor": factor, "first": first, "second": second})

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Closures as Mitsuba BSDFs, and what a surface emits.
+
+A tree of mixes and sums is a list of closures with weights, as in Cycles; each closure becomes one BSDF, and where
+there is more than one the ``closures`` BSDF adds them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import (
+    AddSurface,
+    Diffuse,
+    Emission,
+    Glass,
+    Glossy,
+    ImageTexture,
+    MixSurface,
+    Principled,
+    Scalar,
+    Surface,
+    Transparent,
+)
+from spectral_core.spectrum import Spectrum
+
+MIRROR_ROUGHNESS = 0.03
+"""Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """A product of factors and complements of factors: ``Π value`` or ``Π (1 - value)``."""
+
+    factors: tuple[tuple[Scalar, bool], ...] = ()
+
+    def times(self, value: Scalar, *, complement: bool = False) -> Weight:
+        """This weight times ``value`` or ``1 - value``."""
+        return Weight((*self.factors, (value, complement)))
+
+    @property
+    def constant(self) -> float:
+        """Product of the factors that are plain numbers."""
+        amounts = [1 - value if off else value for value, off in self.factors if not isinstance(value, ImageTexture)]
+        return float(np.prod([np.clip(amount, 0.0, 1.0) for amount in amounts]))
+
+    def texture(self, context: Context, subject: str) -> Any:
+        """The weight as a Mitsuba texture."""
+        result = context.load({"type": "uniform", "value": self.constant})
+        zero, one = (context.load({"type": "uniform", "value": value}) for value in (0.0, 1.0))
+        for value, complement in self.factors:
+            if isinstance(value, ImageTexture):
+                factor = paint.scalar_texture(context, value, subject)
+                ends = {"first": one, "second": zero} if complement else {"first": zero, "second": one}
+                amount = context.load({"type": "mixed_paint", "factor": factor, **ends})
+                result = context.load({"type": "product_paint", "color": result, "amount": amount})
+        return result
+
+
+def weighted_closures(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Any]]:
+    """The closures of a tree with their weights, those of weight 0 left out."""
+    if surface is None or weight.constant == 0:
+        return
+    if isinstance(surface, MixSurface):
+        yield from weighted_closures(surface.first, weight.times(surface.factor, complement=True))
+        yield from weighted_closures(surface.second, weight.times(surface.factor))
+    elif isinstance(surface, AddSurface):
+        yield from weighted_closures(surface.first, weight)
+        yield from weighted_closures(surface.second, weight)
+    else:
+        yield weight, surface
+
+
+def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
+    """Mitsuba BSDF of what a surface scatters: black where it only emits, clear where there is no surface at all."""
+    if surface is None:
+        return context.load({"type": "null"})
+    parts = [
+        part
+        for weight, closure in weighted_closures(surface)
+        for part in _scattering(context, closure, weight, subject)
+        if part[0].constant > 0
+    ]
+    if not parts:
+        return context.load({"type": "diffuse", "reflectance": {"type": "uniform", "value": 0.0}})
+    if len(parts) == 1 and not parts[0][0].factors:
+        return parts[0][1]
+    description: dict[str, Any] = {"type": "closures", "count": len(parts)}
+    for number, (weight, child) in enumerate(parts):
+        description[f"bsdf_{number}"] = child
+        description[f"weight_{number}"] = weight.texture(context, subject)
+    return context.load(description)
+
+
+def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
+    """Texture of the radiance that a surface emits, None where it is dark."""
+    terms = []
+    for weight, closure in weighted_closures(surface):
+        if isinstance(closure, Emission):
+            color, strength = closure.color, closure.strength
+        elif isinstance(closure, Principled):
+            color, strength = closure.emission_color, closure.emission_strength
+            weight = weight.times(closure.alpha)
+        else:
+            continue
+        term = _emission_term(context, (color, strength), weight, subject)
+        if term is not None:
+            terms.append(term)
+    if not terms:
+        return None
+    total = terms[0]
+    half = context.load({"type": "uniform", "value": 0.5})
+    for term in terms[1:]:  # twice the half-and-half mix is the sum
+        total = context.load({"type": "mixed_paint", "factor": half, "first": total, "second": term, "scale": 2.0})
+    return total
+
+
+def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight, subject: str) -> Any | None:
+    color, strength = emitted
+    constant = 1.0 if isinstance(strength, ImageTexture) else float(strength)
+    constant *= weight.constant
+    if constant == 0:
+        return None
+    texture = paint.emission(context, color, constant, subject)
+    images = [(value, off) for value, off in weight.factors if isinstance(value, ImageTexture)]
+    if images:
+        amount = Weight(tuple(images)).texture(context, subject)
+        texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
+    if isinstance(strength, ImageTexture):
+        amount = paint.scalar(context, strength, subject)
+        texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
+    return texture
+
+
+def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
+    """What one closure scatters, as weighted BSDFs."""
+    if isinstance(closure, Diffuse):
+        yield weight, _diffuse(context, closure, subject)
+    elif isinstance(closure, Glossy):
+        yield weight, _glossy(context, closure, subject)
+    elif isinstance(closure, Glass):
+        color = paint.reflectance(context, closure.color, subject)
+        yield weight, _glass(context, (color, color), closure.roughness, closure.ior, subject)
+    elif isinstance(closure, Transparent):
+        color = paint.reflectance(context, closure.color, subject)
+        yield weight, context.load({"type": "tinted_null", "color": color})
+    elif isinstance(closure, Principled):
+        yield from _principled(context, closure, weight, subject)
+
+
+def _diffuse(context: Context, closure: Diffuse, subject: str) -> Any:
+    reflectance = paint.reflectance(context, closure.color, subject)
+    if isinstance(closure.roughness, ImageTexture) or closure.roughness != 0:
+        context.note(subject, "has a rough diffuse surface (Oren-Nayar); it is rendered smooth (Lambert)")
+    return context.load({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
+
+
+def _glossy(context: Context, closure: Glossy, subject: str) -> Any:
+    color = paint.reflectance(context, closure.color, subject)
+    if not isinstance(closure.roughness, ImageTexture) and closure.roughness < MIRROR_ROUGHNESS:
+        mirror = {"type": "conductor", "material": "none", "specular_reflectance": color}
+        return context.load({"type": "twosided", "bsdf": mirror})
+    roughness = paint.scalar_texture(context, closure.roughness, subject)
+    return context.load({"type": "blender_glossy", "color": color, "roughness": roughness})
+
+
+def _glass(context: Context, colors: tuple[Any, Any], roughness: Scalar, ior: float | Spectrum, subject: str) -> Any:
+    if isinstance(ior, Spectrum):
+        texture, nominal = paint.sampled_spectrum(context, ior), float(ior.at(589.3)) or 1.5
+    else:
+        texture, nominal = context.load({"type": "uniform", "value": float(ior)}), float(ior)
+    smooth = not isinstance(roughness, ImageTexture) and roughness < MIRROR_ROUGHNESS
+    description = {
+        "type": "blender_glass",
+        "reflection_color": colors[0],
+        "transmission_color": colors[1],
+        "ior": texture,
+        "nominal_ior": nominal,
+        "smooth": smooth,
+    }
+    if not smooth:
+        description["roughness"] = paint.scalar_texture(context, roughness, subject)
+    return context.load(description)
+
+
+def _principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
+    for name, value in (("anisotropic", closure.anisotropic), ("sheen", closure.sheen_weight)):
+        if value != 0:
+            context.note(subject, f"uses {name}, which is left out")
+    opaque = weight.times(closure.alpha)
+    if closure.alpha != 1.0:
+        yield weight.times(closure.alpha, complement=True), context.load({"type": "null"})
+    base = paint.reflectance(context, closure.base_color, subject)
+    ior = _specular_ior(closure)
+    if closure.transmission != 0:
+        through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
+        white = context.load({"type": "uniform", "value": 1.0})
+        # light passes two surfaces on its way through a body, so each takes half of the color
+        half_tint = context.load({"type": "root_paint", "color": base})
+        glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
+        yield through, _glass(context, (white, half_tint), closure.roughness, glass_ior, subject)
+    # metal keeps its full share; transmission takes its share from what is not metal
+    kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
+    reflecting = {
+        "type": "blender_principled",
+        "base_color": base,
+        "metallic": paint.scalar_texture(context, closure.metallic, subject),
+        "roughness": paint.scalar_texture(context, closure.roughness, subject),
+        "ior": ior,
+        "coat_weight": float(np.clip(closure.coat_weight, 0, 1)),
+        "coat_roughness": float(closure.coat_roughness),
+    }
+    yield kept, context.load(reflecting)
+    if closure.transmission != 0 and closure.metallic != 0:
+        one = context.load({"type": "uniform", "value": 1.0})
+        metal = opaque.times(closure.transmission).times(closure.metallic)
+        yield metal, context.load({**reflecting, "metallic": one})
+
+
+def _specular_ior(closure: Principled) -> float:
+    """Index of refraction that gives the specular level its reflectance: F0 times twice the level (Blender 4)."""
+    ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
+    if closure.specular_level == 0.5:
+        return float(ior)
+    normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * closure.specular_level, 0.0, 0.99))
+    raised = (1 + np.sqrt(normal)) / (1 - np.sqrt(normal))
+    return float(raised if ior >= 1 else 1 / raised)

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Mitsuba lacks to speak Blender: mixed paints, lights with Blender's falloffs, sums of BSDFs, and more.
+
+A plugin's class derives from a class of the active variant, so each module here defines its classes inside
+``register(mitsuba)``, which runs once per variant.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+_registered: set[str] = set()
+
+
+def opaque_number(mi: Any, dr: Any, value: float) -> Any:
+    """A number that kernels read instead of knowing, so that another value needs no new kernel."""
+    return float(value) if mi.variant().startswith("scalar") else dr.opaque(mi.Float, float(value))
+
+
+def register(variant: str) -> None:
+    """Register every plugin for ``variant``, which must be the active one; a second call does nothing."""
+    if variant in _registered:
+        return
+    import drjit
+    import mitsuba
+
+    from spectral_core.render.plugins import bsdfs, emitters, glass, rough, textures
+
+    for module in (textures, emitters, bsdfs, rough, glass):
+        module.register(mitsuba, drjit)
+    _registered.add(variant)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much light a rough surface gives back in one bounce, tabulated: what layering and energy keeping need.
+
+GGX with height-correlated masking (Heitz 2014, "Understanding the masking-shadowing function"), integrated over
+visible normals (Heitz 2018, "Sampling the GGX distribution of visible normals"). Tables are (roughness, cosine), both
+at i / (SIZE - 1), ``alpha = roughness²`` as in Blender.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SIZE = 32
+_POINTS = 1024
+_SMALLEST_ALPHA, _SMALLEST_COSINE = 1e-4, 1e-3
+
+
+@cache
+def conductor() -> Array:
+    """Share (SIZE, SIZE) that a perfect rough mirror reflects in one bounce; the rest bounced between facets."""
+    _, _, weights, _ = _reflected()
+    return np.asarray(weights.mean(axis=2))
+
+
+@cache
+def dielectric(relative_ior: float) -> tuple[Array, Array]:
+    """Shares (SIZE, SIZE) that a rough dielectric interface reflects, and reflects or transmits, in one bounce."""
+    cosine, cosine_facet, weights, alpha = _reflected()
+    fresnel = fresnel_dielectric(cosine_facet, relative_ior)
+    # the transmitted direction's masking: Λ at the cosine of the refracted ray to the mean surface
+    into, up = _refracted(relative_ior)
+    lambda_i, lambda_o = _smith_lambda(cosine, alpha), _smith_lambda(np.abs(into), alpha)
+    passing = np.where(up, 0.0, (1 + lambda_i) / (1 + lambda_i + lambda_o))
+    reflected = (fresnel * weights).mean(axis=2)
+    return np.asarray(reflected), np.asarray(reflected + ((1 - fresnel) * passing).mean(axis=2))
+
+
+def average(table: Array) -> Array:
+    """Mean over the hemisphere (SIZE,), cosine-weighted: 2 ∫ E(μ) μ dμ."""
+    cosines = np.linspace(0, 1, SIZE)
+    weighted = table * cosines
+    return np.asarray((weighted[:, 1:] + weighted[:, :-1]).sum(axis=1) / (SIZE - 1))
+
+
+def fresnel_dielectric(cosine: Array, relative_ior: float) -> Array:
+    """Unpolarized reflectance of an interface, ``relative_ior`` = inside over outside."""
+    sine_squared = (1 - cosine**2) / relative_ior**2
+    inner = np.sqrt(np.maximum(0.0, 1 - sine_squared))
+    parallel = (relative_ior * cosine - inner) / (relative_ior * cosine + inner)
+    across = (cosine - relative_ior * inner) / (cosine + relative_ior * inner)
+    return np.asarray(np.where(sine_squared >= 1, 1.0, (parallel**2 + across**2) / 2))
+
+
+def _smith_lambda(cosine: Array, alpha: Array) -> Array:
+    squared = np.maximum(cosine**2, 1e-12)
+    return np.asarray((np.sqrt(1 + alpha**2 * (1 - squared) / squared) - 1) / 2)
+
+
+@cache
+def _visible_normals() -> tuple[Array, Array, Array, Array, Array]:
+    """Cosine and alpha of each table entry, and normals (x, y, z) drawn for it, all broadcast to (SIZE, SIZE, n)."""
+    nodes = np.linspace(0, 1, SIZE)
+    alpha = np.maximum(nodes[:, None, None] ** 2, _SMALLEST_ALPHA)
+    cosine = np.maximum(nodes[None, :, None], _SMALLEST_COSINE)
+    index = np.arange(_POINTS)
+    u = ((index + 0.5) / _POINTS)[None, None, :]
+    v = (index * 0.6180339887498949 % 1)[None, None, :]
+    sine = np.sqrt(1 - cosine**2)
+    view_x, view_z = alpha * sine, cosine
+    length = np.hypot(view_x, view_z)
+    view_x, view_z = view_x / length, view_z / length
+    radius, turn = np.sqrt(u), 2 * np.pi * v
+    first, second = radius * np.cos(turn), radius * np.sin(turn)
+    share = (1 + view_z) / 2
+    second = (1 - share) * np.sqrt(np.maximum(0.0, 1 - first**2)) + share * second
+    third = np.sqrt(np.maximum(0.0, 1 - first**2 - second**2))
+    # tangent frame of the stretched view (x, 0, z): across = (0, 1, 0), along = view × across
+    normal_x = -view_z * second + view_x * third
+    normal_y = first + 0 * third
+    normal_z = view_x * second + view_z * third
+    normal_x, normal_y = alpha * normal_x, alpha * normal_y
+    length = np.sqrt(normal_x**2 + normal_y**2 + normal_z**2)
+    return cosine, alpha, normal_x / length, normal_y / length, normal_z / length
+
+
+@cache
+def _reflected() -> tuple[Array, Array, Array, Array]:
+    """Cosine of view, cosine to the facet, weight G2/G1 of the mirrored direction (0 below), alpha."""
+    cosine, alpha, normal_x, _, normal_z = _visible_normals()
+    facing = np.sqrt(1 - cosine**2) * normal_x + cosine * normal_z
+    out_z = 2 * facing * normal_z - cosine
+    lambda_i, lambda_o = _smith_lambda(cosine, alpha), _smith_lambda(out_z, alpha)
+    weight = np.where(out_z > 0, (1 + lambda_i) / (1 + lambda_i + lambda_o), 0.0)
+    return cosine, np.clip(facing, 0, 1), weight, alpha
+
+
+def _refracted(relative_ior: float) -> tuple[Array, Array]:
+    """Cosine of the refracted direction to the mean surface (negative: below), and where there is none."""
+    cosine, _, _, normal_z = _reflected()[0], None, None, _visible_normals()[4]
+    facing = _reflected()[1]
+    inside_squared = 1 - (1 - facing**2) / relative_ior**2
+    total = inside_squared <= 0
+    inner = np.sqrt(np.maximum(0.0, inside_squared))
+    out_z = (facing / relative_ior - inner) * normal_z - cosine / relative_ior
+    return out_z, total | (out_z >= 0)

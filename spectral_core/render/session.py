@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a scene in this process: plan, load, trace in growing passes, report after each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.job import Measure, RenderJob
+from spectral_core.render.plan import EffectPlan, plan_effects
+from spectral_core.render.wavelengths import Bands
+from spectral_core.scene import Note, Scene
+from spectral_core.spectrum import Spectrum
+
+Pixels = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Progress:
+    """A picture on its way: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds."""
+
+    pixels: Pixels
+    samples: int
+    total: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RenderResult:
+    """A picture.
+
+    ``pixels``: (height, width, 4) float32, linear sRGB and coverage, row 0 at the bottom, color already multiplied
+    by coverage. ``samples`` per pixel and ``seconds`` it took. ``status``: "done" or "cancelled" (then the picture
+    holds what was traced until then). ``notes``: what is rendered as something near to it. ``bands``: the spectral
+    channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
+    ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
+    """
+
+    pixels: Pixels
+    plan: EffectPlan
+    notes: tuple[Note, ...]
+    samples: int
+    seconds: float
+    status: Literal["done", "cancelled"]
+    variant: str
+    bands: Bands | None = None
+    band_pixels: Pixels | None = None
+    group_pixels: dict[str, Pixels] = field(default_factory=dict)
+    group_band_pixels: dict[str, Pixels] = field(default_factory=dict)
+
+
+def render_scene(
+    scene: Scene,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    bands: Bands | None = None,
+    groups: bool = False,
+    sampling_lights: Sequence[Spectrum] | None = None,
+) -> RenderResult:
+    """Render ``scene`` here and now, in passes of 1, 2, 4, … samples.
+
+    ``on_progress`` sees the picture after each pass; ``should_stop`` is asked between kernel launches; the others
+    are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where
+    Mitsuba fails.
+    """
+    start = time.perf_counter()
+    if bands is not None:
+        scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
+    plan = plan_effects(scene)
+    job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
+    status: Literal["done", "cancelled"] = "done"
+    for samples in pass_sizes(scene.film.samples):
+        if not job.trace(samples, should_stop):
+            status = "cancelled"
+            break
+        if on_progress is not None:
+            elapsed = time.perf_counter() - start
+            on_progress(Progress(job.picture(), job.samples, scene.film.samples, elapsed))
+    return RenderResult(
+        pixels=job.picture(),
+        plan=plan,
+        notes=scene.notes + job.notes,
+        samples=job.samples,
+        seconds=time.perf_counter() - start,
+        status=status,
+        variant=job.variant,
+        bands=bands,
+        band_pixels=job.band_picture() if bands is not None else None,
+        group_pixels=job.group_pictures() if groups else {},
+        group_band_pixels=job.group_band_pictures() if groups and bands is not None else {},
+    )
+
+
+def pass_sizes(samples: int, largest: int = 64) -> list[int]:
+    """1, 2, 4, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, little overhead late."""
+    sizes, done, size = [], 0, 1
+    while done < samples:
+        sizes.append(min(size, samples - done))
+        done += sizes[-1]
+        size = min(2 * size, largest)
+    return sizes

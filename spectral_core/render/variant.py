@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which Mitsuba renders: CUDA on request, LLVM where its library is new enough, scalar code otherwise.
+
+Nothing here imports Mitsuba before the LLVM library is chosen: Dr.Jit loads whatever ``DRJIT_LIBLLVM_PATH`` names at
+its first use, and crashes with LLVM older than 15.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
+
+Transport = Literal["rgb", "spectral"]
+
+OLDEST_LLVM = 15
+LLVM_INSTALL_HINT = (
+    "install LLVM 15 or newer (Debian and Ubuntu: sudo apt install libllvm19 or the newest libllvm; macOS: brew "
+    "install llvm; Windows: the LLVM installer), or name its shared library in DRJIT_LIBLLVM_PATH"
+)
+_LLVM_PLACES = {
+    "linux": (
+        "/usr/lib/*/libLLVM*.so*", "/usr/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*", "/usr/local/lib/libLLVM*.so*",
+        "/usr/lib/llvm*/lib/libLLVM*.so*", "/usr/lib64/llvm*/lib/libLLVM*.so*", "/opt/*/lib/libLLVM*.so*",
+    ),
+    "darwin": (
+        "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib", "/usr/local/opt/llvm*/lib/libLLVM*.dylib",
+        "/opt/local/libexec/llvm-*/lib/libLLVM*.dylib",
+    ),
+    "win32": (r"C:\Program Files\LLVM\bin\LLVM-C.dll",),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Backend:
+    """What renders. ``variant``: Mitsuba's name for it. ``notes``: what a user should know about the choice."""
+
+    variant: str
+    notes: tuple[str, ...] = ()
+    llvm_library: str | None = None
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether one ray is traced at a time by precompiled code: works everywhere, much slower."""
+        return self.variant.startswith("scalar")
+
+
+def find_llvm() -> tuple[str, int] | None:
+    """Path and major version of the newest LLVM shared library from version 15 on; None where there is none.
+
+    ``DRJIT_LIBLLVM_PATH`` wins when it is set. A library whose name tells no version counts as new enough.
+    """
+    chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
+    if chosen:
+        version = _llvm_version(chosen) or OLDEST_LLVM
+        return (chosen, version) if Path(chosen).exists() and version >= OLDEST_LLVM else None
+    found: dict[str, int] = {}
+    for pattern in _LLVM_PLACES.get(sys.platform, _LLVM_PLACES["linux"]):
+        anchor = Path(pattern).anchor
+        for path in Path(anchor).glob(pattern[len(anchor) :]):
+            real = str(path.resolve())
+            found[real] = _llvm_version(str(path)) or _llvm_version(real) or OLDEST_LLVM
+    usable = [(version, path) for path, version in found.items() if version >= OLDEST_LLVM]
+    return (max(usable)[1], max(usable)[0]) if usable else None
+
+
+def _llvm_version(path: str) -> int | None:
+    match = re.search(r"libLLVM(?:-(\d+)|\.so\.(\d+)|\.(\d+))", Path(path).name) or re.search(
+        r"llvm[@-]?(\d+)", path, re.IGNORECASE
+    )
+    return int(next(group for group in match.groups() if group)) if match else None
+
+
+def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
+    """Variant for a transport; ``wanted`` is None (best on the CPU), "llvm", "cuda", "scalar" or a full variant name.
+
+    Raises InvalidInputError where ``wanted`` is unknown or contradicts ``transport``. What is wanted but missing on
+    this machine is replaced by the next best, and the notes say so.
+    """
+    kind = (wanted or "llvm").lower()
+    kind = next((name for name in ("cuda", "llvm", "scalar") if kind == name or kind.startswith(f"{name}_")), "")
+    if not kind or (wanted and "_" in wanted and wanted not in _names(transport)):
+        raise InvalidInputError(
+            f"variant {wanted!r} cannot render {transport} transport; choose cuda, llvm or scalar, "
+            f"or one of {', '.join(_names(transport))}"
+        )
+    notes: list[str] = []
+    if kind == "cuda":
+        if _has_cuda():
+            return Backend(f"cuda_ad_{transport}")
+        notes.append("no usable CUDA device was found, so the CPU renders")
+    llvm = find_llvm()
+    if kind != "scalar" and llvm is not None:
+        return Backend(f"llvm_ad_{transport}", tuple(notes), llvm[0])
+    if kind != "scalar":
+        notes.append(f"no LLVM library was found, so the slower scalar renderer is used; {LLVM_INSTALL_HINT}")
+    return Backend(f"scalar_{transport}", tuple(notes))
+
+
+def _names(transport: Transport) -> tuple[str, ...]:
+    return (f"llvm_ad_{transport}", f"cuda_ad_{transport}", f"scalar_{transport}")
+
+
+def _has_cuda() -> bool:
+    if not any(Path(path).exists() for path in ("/dev/nvidia0", "/dev/dxg", r"C:\Windows\System32\nvcuda.dll")):
+        return False
+    drjit = _import("drjit")
+    return bool(drjit.has_backend(drjit.JitBackend.CUDA))
+
+
+def activate(backend: Backend) -> Any:
+    """Import Mitsuba with ``backend`` as the variant of this thread, our plugins registered; returns the module.
+
+    Raises MissingDependencyError without Mitsuba, RenderError where the variant cannot start.
+    """
+    if backend.llvm_library and "DRJIT_LIBLLVM_PATH" not in os.environ:
+        os.environ["DRJIT_LIBLLVM_PATH"] = backend.llvm_library
+    # Blender opens Mitsuba's libraries after its own; deep binding would give it Blender's copies of shared symbols.
+    os.environ.setdefault("DRJIT_NO_RTLD_DEEPBIND", "1")
+    mitsuba = _import("mitsuba")
+    try:
+        if mitsuba.variant() != backend.variant:
+            mitsuba.set_variant(backend.variant)
+    except Exception as error:
+        raise RenderError(f"Mitsuba cannot start its variant {backend.variant}: {error}") from error
+    mitsuba.set_log_level(mitsuba.LogLevel.Error)
+    from spectral_core.render import plugins
+
+    plugins.register(backend.variant)
+    return mitsuba
+
+
+def _import(name: str) -> Any:
+    import importlib
+
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise MissingDependencyError.package(name, "rendering", "render") from error
+
+
+def describe_backend() -> dict[str, Any]:
+    """What rendering would use here, for a report: versions, LLVM library, variant, problems with their remedy.
+
+    Starts no renderer, so it is safe where starting one would fail.
+    """
+    from importlib import metadata
+
+    report: dict[str, Any] = {"problems": []}
+    for package in ("mitsuba", "drjit", "OpenEXR"):
+        try:
+            report[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            report[package] = None
+            report["problems"].append(str(MissingDependencyError.package(package, "rendering", "render")))
+    llvm = find_llvm()
+    report["llvm_library"], report["llvm_version"] = llvm if llvm else (None, None)
+    if llvm is None:
+        report["problems"].append(f"no LLVM library from version {OLDEST_LLVM} on was found; {LLVM_INSTALL_HINT}")
+    if report["mitsuba"] is not None:
+        report["variant"] = {name: choose_backend(name).variant for name in ("rgb", "spectral")}
+    return report

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is known of a field per brick, whatever the transfer function: range, slope and bend.
+
+A brick of edge B holds the cells between voxel centres [bB, (b+1)B] on each axis, so it is decided by B + 1 voxels
+per axis; the outer half voxel of the field belongs to the outermost bricks. ``edge`` 1 with ``centred`` makes one
+brick per voxel around its centre instead, as the thesis' volume of filtered gradient magnitudes is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.volume.field import ScalarVolume
+
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class BrickStatistics:
+    """Per brick, arrays of shape (bz, by, bx): x last, as the renderer reads them.
+
+    ``low`` and ``high`` bound the field in the brick, ``slope`` bounds its gradient magnitude in data units per
+    voxel, ``bend`` is the greatest second difference along an axis, data units per voxel².
+    """
+
+    edge: int
+    centred: bool
+    low: Array
+    high: Array
+    slope: Array
+    bend: Array
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Bricks along (z, y, x)."""
+        bz, by, bx = self.low.shape
+        return bz, by, bx
+
+
+def brick_statistics(volume: ScalarVolume, edge: int) -> BrickStatistics:
+    """Statistics of ``volume`` in bricks of ``edge`` voxels; slabs of bricks at a time, so memory stays small."""
+    data = volume.data.transpose(2, 1, 0)
+    layers = _brick_count(data.shape[0], edge)
+    per_slab = max(1, (1 << 24) // (edge * data.shape[1] * data.shape[2]))
+    slabs = [_slab(data, edge, first, min(first + per_slab, layers)) for first in range(0, layers, per_slab)]
+    low, high, slope, bend = (np.concatenate(parts) for parts in zip(*slabs, strict=True))
+    return BrickStatistics(edge, False, low, high, slope, bend)
+
+
+def voxel_statistics(volume: ScalarVolume, window: int) -> BrickStatistics:
+    """One brick per voxel: range of the cells around it, and the greatest central-difference gradient magnitude
+    within ``window`` voxels, the thesis' rank filter (section 4.2). ``bend`` stays zero; that rule has no use for it.
+    """
+    from scipy import ndimage
+
+    data = volume.data.transpose(2, 1, 0).astype(np.float32)
+    square = np.zeros_like(data)
+    for axis in range(3):
+        if data.shape[axis] > 1:
+            square += np.gradient(data, axis=axis) ** 2
+    slope = ndimage.maximum_filter(np.sqrt(square), size=2 * window + 1, mode="nearest")
+    low = ndimage.minimum_filter(data, size=3, mode="nearest")
+    high = ndimage.maximum_filter(data, size=3, mode="nearest")
+    return BrickStatistics(1, True, low, high, slope, np.zeros_like(data))
+
+
+def _brick_count(voxels: int, edge: int) -> int:
+    return max(1, -(-(voxels - 1) // edge))
+
+
+def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, Array, Array, Array]:
+    """Statistics of the brick layers [first, last) along z."""
+    depth = data.shape[0]
+    wide = _wide(data.dtype)
+    start, stop = first * edge, min(last * edge + 1, depth)
+    part = data[start:stop]
+    # One voxel more on either side, where there is one, for the second differences at the slab's faces.
+    before, after = max(start - 1, 0), min(stop + 1, depth)
+    padded: NDArray[Any] = data[before:after].astype(wide, copy=False)
+    bends = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
+    bend = _reduce(np.maximum(np.maximum(bends[0], bends[1]), bends[2]), edge, np.maximum)
+    square = np.zeros(bend.shape, np.float32)
+    inner = padded[start - before : stop - before]
+    for axis in range(3):
+        if inner.shape[axis] > 1:
+            rise = np.abs(np.diff(inner, axis=axis))
+            square += _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32) ** 2
+    low, high = _reduce(part, edge, np.minimum), _reduce(part, edge, np.maximum)
+    return low.astype(np.float32), high.astype(np.float32), np.sqrt(square), bend.astype(np.float32)
+
+
+def _wide(dtype: np.dtype[Any]) -> type:
+    """A type that holds differences of ``dtype`` without overflow."""
+    if dtype.kind in "iu":
+        return np.int16 if dtype.itemsize == 1 else np.int32 if dtype.itemsize == 2 else np.float64
+    return np.float64 if dtype.itemsize == 8 else np.float32
+
+
+def _second_difference(data: NDArray[Any], axis: int) -> NDArray[Any]:
+    """|f[i-1] - 2 f[i] + f[i+1]| along ``axis``; at a face, where the field is level beyond, |f[1] - f[0]|."""
+    out = np.zeros_like(data)
+    if data.shape[axis] == 1:
+        return out
+    rise = np.diff(data, axis=axis)
+    moved, filled = np.moveaxis(rise, axis, 0), np.moveaxis(out, axis, 0)
+    filled[0], filled[-1] = np.abs(moved[0]), np.abs(moved[-1])
+    np.abs(moved[1:] - moved[:-1], out=filled[1:-1])
+    return out
+
+
+def _reduce(data: NDArray[Any], edge: int, pick: np.ufunc, edges_along: int | None = None) -> NDArray[Any]:
+    """``pick`` over the voxels of each brick, both faces included; along ``edges_along`` data lie on cell edges."""
+    for axis in range(3):
+        moved = np.moveaxis(data, axis, 0)
+        cells = len(moved) if axis == edges_along else len(moved) - 1
+        starts = range(0, max(cells, 1), edge)
+        width = edge if axis == edges_along else edge + 1
+        layers = [pick.reduce(moved[start : start + width], axis=0) for start in starts] if axis < 2 else None
+        reduced = np.stack(layers) if layers is not None else _reduce_last(moved, len(starts), edge, width, pick)
+        data = np.moveaxis(reduced, 0, axis)
+    return data
+
+
+def _reduce_last(moved: NDArray[Any], bricks: int, edge: int, width: int, pick: np.ufunc) -> NDArray[Any]:
+    """The same along the fastest axis: whole strided slices, since a reduction over few neighbours is slow."""
+    missing = (bricks - 1) * edge + width - len(moved)
+    if missing > 0:
+        moved = np.concatenate([moved, np.repeat(moved[-1:], missing, axis=0)])
+    reduced = moved[: (bricks - 1) * edge + 1 : edge]
+    for offset in range(1, width):
+        reduced = pick(reduced, moved[offset : offset + (bricks - 1) * edge + 1 : edge])
+    return reduced

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""NRRD, attached and detached: pynrrd parses and writes headers, the payload is counted here.
+
+World coordinates are those of the file's own space (often LPS); ``space directions`` and ``space origin`` are kept
+as they are. Without them ``spacings`` and ``axis mins`` give axis-parallel voxels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.payload import affine, make_volume, open_payload, pick_component, read_numbers, x_first
+from spectral_core.volume.files.request import ReadRequest
+
+_ENCODINGS = {
+    "raw": "raw",
+    "gzip": "gzip",
+    "gz": "gzip",
+    "bzip2": "bzip2",
+    "bz2": "bzip2",
+    "ascii": "ascii",
+    "text": "ascii",
+    "txt": "ascii",
+}
+_SPACE_KINDS = {"domain", "space"}
+
+
+def read(path: Path, request: ReadRequest) -> ScalarVolume:
+    """The volume of a NRRD file; ``request.component`` picks from a fourth, non-space axis."""
+    nrrd = _pynrrd("reading NRRD files")
+    try:
+        with path.open("rb") as stream:
+            header = nrrd.read_header(_header_lines(stream))
+            array = _numbers(header, stream, path)
+        space = _space_axes(header, path)
+        matrix = _to_world(header, space, path)
+    except (nrrd.NRRDError, ValueError, KeyError, IndexError, StopIteration, OverflowError) as error:
+        if isinstance(error, InvalidInputError):
+            raise
+        raise FileFormatError(f"{path.name} is not a NRRD file that can be read: {error}") from error
+    for axis in reversed([a for a in range(array.ndim) if a not in space]):
+        array = pick_component(array, axis, request.component, path)
+    return make_volume(str(header.get("content") or path.stem), array, matrix, path)
+
+
+def write(volume: ScalarVolume, path: Path) -> None:
+    """Write gzipped NRRD with space directions and origin; the type is kept."""
+    nrrd = _pynrrd("writing NRRD files")
+    header = {
+        "content": volume.name.replace("\n", " "),
+        "space dimension": 3,
+        "space directions": volume.to_world[:3, :3].T,
+        "space origin": volume.to_world[:3, 3],
+        "kinds": ["domain"] * 3,
+        "centerings": ["cell"] * 3,
+        "encoding": "gzip",
+    }
+    if volume.data.dtype == np.float16:
+        raise InvalidInputError(f"NRRD has no type for float16; convert volume {volume.name!r} to float32 first")
+    nrrd.write(str(path), volume.data, header, index_order="F", compression_level=4)
+
+
+def _pynrrd(purpose: str) -> Any:
+    try:
+        import nrrd
+    except ImportError as error:
+        raise MissingDependencyError.package("pynrrd", purpose, "volumes") from error
+    return nrrd
+
+
+def _header_lines(stream: BinaryIO) -> list[bytes]:
+    """Lines up to the blank one, or to ``data file: LIST``, after which names follow that pynrrd cannot parse."""
+    lines: list[bytes] = []
+    for line in stream:
+        if not line.strip():
+            break
+        lines.append(line)
+        if line.replace(b" ", b"").strip().lower() == b"datafile:list":
+            break
+    return lines
+
+
+def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray[Any]:
+    from nrrd.reader import _determine_datatype
+
+    missing = [key for key in ("dimension", "type", "encoding", "sizes") if key not in header]
+    if missing:
+        raise FileFormatError(f"the NRRD header of {path.name} lacks {', '.join(missing)}; the file is cut or not NRRD")
+    sizes = [int(n) for n in header["sizes"]]
+    if len(sizes) != header["dimension"] or min(sizes) < 1:
+        raise FileFormatError(f"{path.name} states dimension {header['dimension']} and sizes {sizes}; they must agree")
+    encoding = _ENCODINGS.get(header["encoding"].lower())
+    if encoding is None or header["type"] == "block":
+        raise FileFormatError(f"{path.name} holds {header['type']!r} in encoding {header['encoding']!r}; not supported")
+    dtype, count = _determine_datatype(header), math.prod(sizes)
+    named = header.get("data file", header.get("datafile"))
+    if named is None:
+        numbers = _payload(header, stream, dtype, count, path, encoding)
+    else:
+        files = _data_files(named, stream, path)
+        if count % len(files):
+            raise FileFormatError(
+                f"{path.name} spreads {count} numbers over {len(files)} files, which does not come out even"
+            )
+        parts = []
+        for file in files:
+            with open_payload(file, path) as data:
+                parts.append(_payload(header, data, dtype, count // len(files), file, encoding))
+        numbers = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return x_first(numbers, sizes)
+
+
+def _payload(
+    header: Mapping[str, Any], stream: BinaryIO, dtype: np.dtype, count: int, path: Path, encoding: str
+) -> NDArray:
+    lines = int(header.get("line skip", header.get("lineskip", 0)))
+    skip = int(header.get("byte skip", header.get("byteskip", 0)))
+    if lines < 0 or skip < -1 or (skip and encoding not in ("raw",)):
+        raise FileFormatError(f"{path.name} skips {lines} lines and {skip} bytes before {encoding} data; not supported")
+    for _ in range(lines):
+        stream.readline()
+    if skip == -1:
+        size = stream.seek(0, 2)
+        if size < count * dtype.itemsize:
+            raise FileFormatError(f"{path.name} is cut: {size} bytes where {count * dtype.itemsize} of data are stated")
+        stream.seek(size - count * dtype.itemsize)
+    else:
+        stream.seek(skip, 1)
+    return read_numbers(stream, dtype, count, path, encoding=encoding)
+
+
+def _data_files(named: str, stream: BinaryIO, path: Path) -> list[Path]:
+    """The data files of a detached header: one name, ``LIST`` and names after it, or ``pattern first last step``."""
+    words = named.split()
+    if words[0] == "LIST":
+        names = [line.strip().decode("utf-8", "replace") for line in stream.readlines()]
+        return [path.parent / name for name in names if name]
+    if len(words) in (4, 5) and "%" in words[0]:
+        first, last, step = (int(word) for word in words[1:4])
+        return [path.parent / (words[0] % number) for number in range(first, last + (1 if step > 0 else -1), step)]
+    return [path.parent / named]
+
+
+def _space_axes(header: Mapping[str, Any], path: Path) -> list[int]:
+    """The three axes that are space: those with a direction, else those of a space kind, else the only three."""
+    dimension = int(header["dimension"])
+    axes = list(range(dimension))
+    if "space directions" in header:
+        directions = _directions(header)
+        axes = [axis for axis in range(dimension) if np.isfinite(directions[axis]).all()]
+    elif "kinds" in header and dimension > 3:
+        axes = [axis for axis, kind in enumerate(header["kinds"]) if kind.lower() in _SPACE_KINDS]
+    if len(axes) != 3:
+        raise FileFormatError(
+            f"{path.name} has {dimension} axes of sizes {[int(n) for n in header['sizes']]}, of which {len(axes)} are "
+            "space; expected a volume with three"
+        )
+    return axes
+
+
+def _directions(header: Mapping[str, Any]) -> NDArray[np.float64]:
+    """(axes, 3) space directions; a row of NaN for an axis that is not space."""
+    rows = [np.full(3, np.nan) if row is None else np.asarray(row, float) for row in header["space directions"]]
+    return np.array(rows)
+
+
+def _to_world(header: Mapping[str, Any], space: list[int], path: Path) -> NDArray[np.float64]:
+    if "space directions" in header:
+        directions = _directions(header)[space].T
+        if directions.shape != (3, 3):
+            raise FileFormatError(f"{path.name} has space directions of {directions.shape[0]} numbers; expected 3")
+        return affine(directions, np.asarray(header.get("space origin", np.zeros(3)), float))
+
+    def per_axis(key: str, default: float) -> NDArray[np.float64]:
+        values = np.asarray(
+            header.get(key, header.get(key.replace(" ", ""), [default] * int(header["dimension"]))), float
+        )
+        return np.nan_to_num(values[space], nan=default)
+
+    spacing, origin = per_axis("spacings", 1.0), per_axis("axis mins", 0.0)
+    if ("axis mins" in header or "axismins" in header) and "centerings" in header:
+        # For cell-centred axes the minimum is the outer face of the first voxel, not its centre.
+        cell = np.array([header["centerings"][axis] == "cell" for axis in space])
+        origin = origin + np.where(cell, spacing / 2, 0.0)
+    return affine(np.diag(spacing), origin)

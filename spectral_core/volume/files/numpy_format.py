@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""NumPy arrays: ``array[i, j, k]`` is voxel (i, j, k), so axis 0 is x. An .npz may hold the geometry beside the data.
+
+In an .npz the data are the only array of three or more axes (or ``field``); ``to_world`` (4, 4), or ``spacing`` and
+``origin`` (3,), are taken when they are there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.payload import affine, make_volume, pick_component
+from spectral_core.volume.files.request import ReadRequest
+
+_GEOMETRY = ("to_world", "spacing", "origin")
+
+
+def read(path: Path, request: ReadRequest) -> ScalarVolume:
+    """The volume of an .npy or .npz; a fourth axis (the last) needs ``request.component``."""
+    try:
+        loaded = np.load(path, allow_pickle=False)
+        if isinstance(loaded, np.ndarray):
+            if request.field is not None:
+                raise InvalidInputError(f"{path.name} holds one array without a name; leave field out")
+            arrays = {path.stem: loaded}
+        else:
+            with loaded:
+                arrays = {key: loaded[key] for key in loaded.files}
+    except InvalidInputError:
+        raise
+    except Exception as error:  # damaged headers raise whatever their bytes lead to
+        raise FileFormatError(f"{path.name} is not a NumPy file of plain numbers, or it is cut: {error}") from error
+    name = _choose(arrays, request.field, path)
+    array = arrays[name]
+    if array.ndim == 4:
+        array = pick_component(array, 3, request.component, path)
+    if array.ndim != 3:
+        raise FileFormatError(
+            f"array {name!r} of {path.name} has shape {array.shape}; expected three axes (nx, ny, nz)"
+        )
+    return make_volume(name if request.field else path.stem, array, _to_world(arrays, path), path)
+
+
+def _choose(arrays: dict[str, NDArray[Any]], field: str | None, path: Path) -> str:
+    if field is not None:
+        if field not in arrays:
+            raise UnknownNameError.among(f"array of {path.name}", field, arrays)
+        return field
+    if len(arrays) == 1:
+        return next(iter(arrays))
+    candidates = [key for key, array in arrays.items() if array.ndim >= 3 and key not in _GEOMETRY]
+    if len(candidates) != 1:
+        shapes = ", ".join(f"{key} {array.shape}" for key, array in arrays.items()) or "no array"
+        raise InvalidInputError(f"{path.name} holds {shapes}; say which is the volume with field")
+    return candidates[0]
+
+
+def _to_world(arrays: dict[str, NDArray[Any]], path: Path) -> NDArray[np.float64]:
+    if "to_world" in arrays:
+        return _geometry(arrays, "to_world", np.eye(4), path)
+    spacing = _geometry(arrays, "spacing", np.ones(3), path)
+    return affine(np.diag(spacing), _geometry(arrays, "origin", np.zeros(3), path))
+
+
+def _geometry(arrays: dict[str, NDArray[Any]], key: str, default: NDArray, path: Path) -> NDArray[np.float64]:
+    given = arrays.get(key, default)
+    if given.shape != default.shape or given.dtype.kind not in "iuf":
+        raise FileFormatError(
+            f"{key} of {path.name} has shape {given.shape} of {given.dtype}; expected {default.shape} numbers"
+        )
+    return given.astype(np.float64)

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One call for every format."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.registry import by_name, detect_format
+from spectral_core.volume.files.request import RawLayout, ReadRequest
+
+
+def read_volume(
+    path: str | Path, *, field: str | None = None, component: int | None = None, raw: RawLayout | None = None
+) -> ScalarVolume:
+    """The scalar volume of a file, with the file's own type, spacing, orientation and origin.
+
+    ``field`` chooses an array, grid or key by name where a file holds several; ``component`` chooses an entry of an
+    axis that is not space (vector component, colour channel, time step); ``raw`` lays out a file of bare numbers, of
+    any name. Raises FileFormatError for a file that is cut, odd or of another kind, InvalidInputError for a choice
+    that is missing or not in the file, and MissingDependencyError where the format's own library is absent.
+    """
+    path = Path(path)
+    request = ReadRequest(field, component, raw)
+    if raw is not None and path.is_dir():
+        raise InvalidInputError(f"{path} is a folder; a raw layout describes one file")
+    chosen = by_name("raw") if raw is not None else detect_format(path)
+    reader = importlib.import_module(f"spectral_core.volume.files.{chosen.name}_format")
+    volume: ScalarVolume = reader.read(path, request)
+    return volume

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a caller may say beside the path: which field, which component of it, and how bare bytes are laid out."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError
+
+_NAMED_LAYOUT = re.compile(
+    r"(?P<x>\d+)x(?P<y>\d+)x(?P<z>\d+)[_.-](?P<type>u?int(?:8|16|32|64)|float(?:16|32|64))(?P<order>[_.-](?:le|be|little|big))?",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class RawLayout:
+    """How a file of bare numbers is laid out; x varies fastest.
+
+    ``shape`` is (nx, ny, nz); ``dtype`` names a NumPy integer or float type; ``offset`` bytes before the data are
+    passed over, and -1 takes the data from the end of the file; ``spacing`` and ``origin`` are in world units.
+    """
+
+    shape: tuple[int, int, int]
+    dtype: DTypeLike
+    byte_order: str = "little"
+    offset: int = 0
+    spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if len(self.shape) != 3 or any(int(n) != n or n < 1 for n in self.shape):
+            raise InvalidInputError(
+                f"raw layout has shape {self.shape}; expected three counts (nx, ny, nz), each at least 1"
+            )
+        if self.byte_order not in ("little", "big"):
+            raise InvalidInputError(f"raw layout has byte order {self.byte_order!r}; expected 'little' or 'big'")
+        if self.offset < -1:
+            raise InvalidInputError(
+                f"raw layout has offset {self.offset}; expected 0 or more bytes, or -1 for the file's end"
+            )
+        try:
+            kind = np.dtype(self.dtype).kind
+        except TypeError as error:
+            raise InvalidInputError(
+                f"raw layout has type {self.dtype!r}; expected a NumPy type such as 'uint8'"
+            ) from error
+        if kind not in "iuf":
+            raise InvalidInputError(f"raw layout has type {np.dtype(self.dtype)}; expected an integer or float type")
+        frozen_array("spacing of the raw layout", self.spacing, (3,))
+        frozen_array("origin of the raw layout", self.origin, (3,))
+
+    @property
+    def stored_dtype(self) -> np.dtype:
+        """The type with the file's byte order."""
+        return np.dtype(self.dtype).newbyteorder("<" if self.byte_order == "little" else ">")
+
+    @classmethod
+    def from_name(cls, name: str) -> RawLayout | None:
+        """Layout that a file name spells, as ``foot_256x256x256_uint8.raw`` does; None when it spells none."""
+        found = _NAMED_LAYOUT.search(name)
+        if found is None:
+            return None
+        shape = (int(found["x"]), int(found["y"]), int(found["z"]))
+        big = (found["order"] or "").lower().strip("_.-") in ("be", "big")
+        return cls(shape, found["type"].lower(), "big" if big else "little")
+
+
+@dataclass(frozen=True)
+class ReadRequest:
+    """What ``read_volume`` passes to a reader."""
+
+    field: str | None = None
+    """Which array, grid or key of a file that holds several."""
+    component: int | None = None
+    """Which entry of an axis that is not space: a vector's component, a colour channel or a time step."""
+    raw: RawLayout | None = None

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Time sequences: files whose names differ in one number, a frame each."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.read import read_volume
+from spectral_core.volume.files.request import RawLayout
+
+_HOLE = re.compile(r"#+|%0?(\d*)d|\{(?::0?(\d*)d?)?\}|\*")
+
+
+@dataclass(frozen=True)
+class VolumeSequence:
+    """Frames in ascending order; nothing is read before it is asked for."""
+
+    pattern: str
+    frames: tuple[tuple[int, Path], ...]
+    """(number, file) of every frame."""
+    field: str | None = None
+    component: int | None = None
+    raw: RawLayout | None = None
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __iter__(self) -> Iterator[ScalarVolume]:
+        return (self.read(number) for number in self.numbers)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Frame numbers as the files name them."""
+        return tuple(number for number, _ in self.frames)
+
+    @property
+    def missing(self) -> tuple[int, ...]:
+        """Numbers between the first and the last frame that have no file."""
+        held = set(self.numbers)
+        return tuple(n for n in range(self.numbers[0], self.numbers[-1] + 1) if n not in held)
+
+    def path(self, number: int) -> Path:
+        """The file of one frame."""
+        for held, path in self.frames:
+            if held == number:
+                return path
+        raise InvalidInputError(
+            f"sequence {self.pattern} has no frame {number}; "
+            f"it has {len(self)} from {self.numbers[0]} to {self.numbers[-1]}"
+        )
+
+    def read(self, number: int) -> ScalarVolume:
+        """The volume of one frame; errors as ``read_volume``."""
+        return read_volume(self.path(number), field=self.field, component=self.component, raw=self.raw)
+
+
+def find_sequence(
+    pattern: str | Path, *, field: str | None = None, component: int | None = None, raw: RawLayout | None = None
+) -> VolumeSequence:
+    """The frames of a numbered pattern: ``flow_####.vti``, ``flow_%04d.vti``, ``flow_{:04d}.vti`` or ``flow_*.vti``.
+
+    The number stands in the file name, once. Digits of another width than a pattern with leading zeros states do not
+    match, as in ``printf``. Raises InvalidInputError when no file matches or two files have the same number.
+    """
+    path = Path(pattern)
+    holes = list(_HOLE.finditer(path.name))
+    if len(holes) != 1:
+        raise InvalidInputError(
+            f"pattern {path.name!r} has {len(holes)} places for a number; "
+            "expected one, as in name_####.nrrd or name_%04d.nrrd"
+        )
+    hole = holes[0]
+    matcher = re.compile(re.escape(path.name[: hole.start()]) + _digits(hole) + re.escape(path.name[hole.end() :]))
+    found: dict[int, Path] = {}
+    for file in sorted(path.parent.iterdir()) if path.parent.is_dir() else []:
+        match = matcher.fullmatch(file.name)
+        if match:
+            number = int(match[1])
+            if number in found:
+                raise InvalidInputError(f"frame {number} of {path.name} is both {found[number].name} and {file.name}")
+            found[number] = file
+    if not found:
+        raise InvalidInputError(f"no file in {path.parent} matches {path.name!r}; check folder, digits and ending")
+    return VolumeSequence(str(pattern), tuple(sorted(found.items())), field, component, raw)
+
+
+def sequence_of(path: str | Path) -> VolumeSequence | None:
+    """The sequence that a file is a frame of, by the last number in its name; None when it stands alone."""
+    path = Path(path)
+    numbers = list(re.finditer(r"\d+", path.name.removesuffix(".gz").rsplit(".", 1)[0]))
+    if not numbers:
+        return None
+    digits = numbers[-1]
+    width = "#" * len(digits[0]) if digits[0].startswith("0") else "{}"
+    sequence = find_sequence(path.with_name(path.name[: digits.start()] + width + path.name[digits.end() :]))
+    return sequence if len(sequence) > 1 else None
+
+
+def _digits(hole: re.Match[str]) -> str:
+    """Regular expression of the number: zero-padded to a width, and longer once the number needs it; or any digits."""
+    text = hole[0]
+    if text == "*":
+        return r"(\d+)"
+    width = len(text) if text.startswith("#") else int(hole[1] or hole[2] or 1)
+    padded = text.startswith(("#", "%0", "{:0"))
+    return rf"(\d{{{width}}}|[1-9]\d{{{width},}})" if padded and width > 1 else r"(0|[1-9]\d*)"

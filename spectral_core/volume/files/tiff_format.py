@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""TIFF stacks: the pages of one file, or the files of a folder in the order of their numbers, through tifffile.
+
+Columns are x, rows are y (downwards, as stored), pages are z. Spacing comes from ImageJ or OME metadata; the plain
+resolution tag of a TIFF is a print size and says nothing about depth, so without those a voxel is 1×1×1.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, SpectralError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.payload import affine, make_volume, pick_component
+from spectral_core.volume.files.request import ReadRequest
+
+_DEPTH = "ZIQ"
+"""tifffile's axis letters for depth: Z stated, I a page sequence, Q unknown."""
+
+
+def read(path: Path, request: ReadRequest) -> ScalarVolume:
+    """The volume of a multipage file or of a folder of single pages; channels and times need ``request.component``."""
+    tifffile = _tifffile()
+    if path.is_dir():
+        return _read_folder(tifffile, path, request)
+    pages, spacing = _read_file(tifffile, path, request)
+    if pages.shape[0] == 1 and path.is_file():
+        neighbours = len(list(path.parent.glob(f"*{path.suffix}")))
+        if neighbours > 1:
+            raise InvalidInputError(
+                f"{path.name} holds one page; to read the {neighbours} files as a stack open {path.parent}"
+            )
+    return make_volume(path.stem, pages.transpose(2, 1, 0), affine(np.diag(spacing), np.zeros(3)), path)
+
+
+def _tifffile() -> Any:
+    try:
+        import tifffile
+    except ImportError as error:
+        raise MissingDependencyError.package("tifffile", "reading TIFF stacks", "volumes") from error
+    return tifffile
+
+
+def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVolume:
+    files = sorted((f for f in folder.iterdir() if f.suffix.lower() in (".tif", ".tiff")), key=_by_number)
+    if not files:
+        raise FileFormatError(f"{folder} holds no .tif or .tiff files; a folder is read as a stack of them")
+    slices: list[NDArray[Any]] = []
+    for file in files:
+        pages, _ = _read_file(tifffile, file, request)
+        if pages.shape[0] != 1:
+            raise FileFormatError(
+                f"{file.name} in {folder} holds {pages.shape[0]} pages; expected one page per file in a stack"
+            )
+        first = slices[0] if slices else pages[0]
+        if (pages[0].shape, pages.dtype) != (first.shape, first.dtype):
+            raise FileFormatError(
+                f"{file.name} in {folder} is {pages[0].shape[::-1]} of {pages.dtype}, {files[0].name} is "
+                f"{first.shape[::-1]} of {first.dtype}; the slices of a stack must be alike"
+            )
+        slices.append(pages[0])
+    return make_volume(folder.name, np.stack(slices).transpose(2, 1, 0), np.eye(4), folder)
+
+
+def _by_number(file: Path) -> list[Any]:
+    """``slice2`` before ``slice10``."""
+    return [int(word) if word.isdigit() else word.lower() for word in re.split(r"(\d+)", file.name)]
+
+
+def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """Pages (z, y, x) and spacing (3,) of one file."""
+    try:
+        with _collected_errors() as complaints, tifffile.TiffFile(path) as file:
+            _refuse_cut(file, path)
+            if len(file.series) != 1:
+                shapes = ", ".join(str(series.shape) for series in file.series)
+                raise FileFormatError(f"{path.name} holds images of different shapes ({shapes}); expected one stack")
+            series = file.series[0]
+            array, axes = series.asarray(), series.axes
+            spacing = _spacing(file, series)
+        if complaints:
+            raise FileFormatError(f"{path.name} is cut or damaged: {complaints[0]}")
+    except Exception as error:  # damaged tags and codecs raise whatever their bytes lead to
+        if isinstance(error, SpectralError):
+            raise
+        raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is cut: {error}") from error
+    for letter in [a for a in axes if a not in "YX" + _DEPTH]:
+        what = {"S": "colour channels", "C": "channels", "T": "time steps"}.get(letter, f"entries along {letter}")
+        several = array.shape[axes.index(letter)] > 1
+        array = pick_component(array, axes.index(letter), request.component if several else None, path, what)
+        axes = axes.replace(letter, "")
+    if len(axes) == 2:
+        array, axes = array[None], "Z" + axes
+    if len(axes) != 3 or axes[1:] != "YX":
+        raise FileFormatError(f"{path.name} has axes {axes}; expected pages of rows and columns")
+    return array, spacing
+
+
+@contextmanager
+def _collected_errors() -> Iterator[list[str]]:
+    """What tifffile logs as errors, such as a page beyond the file's end; it then goes on without that page."""
+    complaints: list[str] = []
+
+    class Collector(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            complaints.append(record.getMessage())
+
+    collector, logger = Collector(logging.ERROR), logging.getLogger("tifffile")
+    propagated, logger.propagate = logger.propagate, False
+    logger.addHandler(collector)
+    try:
+        yield complaints
+    finally:
+        logger.removeHandler(collector)
+        logger.propagate = propagated
+
+
+def _refuse_cut(file: Any, path: Path) -> None:
+    """tifffile fills what is missing with zeros in some cases; here every page's bytes must lie in the file."""
+    size = path.stat().st_size
+    for number, page in enumerate(file.pages):
+        page = page.aspage()
+        for offset, count in zip(page.dataoffsets, page.databytecounts, strict=True):
+            if offset + count > size:
+                raise FileFormatError(
+                    f"{path.name} is cut: page {number} needs {offset + count} bytes, the file has {size}"
+                )
+
+
+def _spacing(file: Any, series: Any) -> NDArray[np.float64]:
+    if file.is_ome:
+        for element in ElementTree.fromstring(file.ome_metadata).iter():
+            if element.tag.endswith("}Pixels"):
+                return np.array([float(element.get(f"PhysicalSize{axis}", 1.0)) for axis in "XYZ"])
+    if file.is_imagej:
+        tags = series.pages[0].aspage().tags
+        depth = float((file.imagej_metadata or {}).get("spacing", 1.0))
+        return np.array([*(_pixel_size(tags, key) for key in ("XResolution", "YResolution")), abs(depth)])
+    return np.ones(3)
+
+
+def _pixel_size(tags: Any, key: str) -> float:
+    """ImageJ keeps pixels per unit in the resolution tags."""
+    if key not in tags:
+        return 1.0
+    pixels, units = tags[key].value
+    return units / pixels if pixels and units else 1.0

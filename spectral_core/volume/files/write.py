@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volumes to files: OpenVDB for Blender's Volume objects, NRRD for everybody else."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.registry import FORMATS, by_extension
+
+
+def write_volume(volume: ScalarVolume, path: str | Path) -> Path:
+    """Write ``volume`` in the format that the ending of ``path`` names (.vdb or .nrrd); the path.
+
+    The file appears whole or not at all: it is written beside its place and moved there.
+    Raises InvalidInputError for another ending or a folder that does not exist.
+    """
+    path = Path(path)
+    chosen = by_extension(path)
+    if chosen is None or not chosen.writes or path.suffix == ".nhdr":
+        endings = [entry.extensions[0] for entry in FORMATS if entry.writes]
+        raise InvalidInputError(
+            f"{path.name} names no format that is written here; expected an ending {' or '.join(endings)}"
+        )
+    if not path.parent.is_dir():
+        raise InvalidInputError(f"the folder {path.parent} does not exist; create it before writing {path.name}")
+    writer = importlib.import_module(f"spectral_core.volume.files.{chosen.name}_format")
+    unfinished = path.with_name(f".{path.stem}.unfinished{path.suffix}")
+    try:
+        writer.write(volume, unfinished)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gradients of a field at its voxels, for two-dimensional transfer functions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.volume.field import ScalarVolume
+
+
+def gradient_magnitude(volume: ScalarVolume) -> ScalarVolume:
+    """|∇f| by central differences (one-sided at faces), in data units per world unit, float32, on the same grid.
+
+    Between voxels it is trilinear, as the field is: that is what the second axis of a two-dimensional transfer
+    function reads. Needs some 20 bytes per voxel while it is computed.
+    """
+    data = volume.data.astype(np.float32 if volume.data.dtype.itemsize <= 2 else np.float64)
+    per_index = np.zeros((3, *volume.shape), np.float32)
+    for axis in range(3):
+        if volume.shape[axis] > 1:
+            per_index[axis] = np.gradient(data, axis=axis)
+    # A gradient is a covector: ∂f/∂world_a = Σ_b ∂f/∂index_b · ∂index_b/∂world_a.
+    world_from_index = volume.to_index[:3, :3].T
+    square = np.zeros(volume.shape, np.float64)
+    for row in world_from_index:
+        square += np.tensordot(row, per_index, axes=1) ** 2
+    magnitude = np.sqrt(square).astype(np.float32)
+    magnitude.setflags(write=False)
+    return ScalarVolume(f"gradient of {volume.name}", magnitude, volume.to_world)

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of one field without a scene: the same march as the integrator's, with as little around it as can be."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.llvm_library import use_newest_llvm
+from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
+from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.gradient import gradient_magnitude
+from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Quadrature, Rays, clip_to_box, march
+from spectral_core.volume.rules import RangeTables, Rule, step_grid
+from spectral_core.volume.tables import TransferTable, tabulate
+from spectral_core.volume.transfer import TransferFunction
+from spectral_core.volume.view import View
+
+THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of that rule
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How a march steps: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`)."""
+
+    rule: Rule = "error"
+    quadrature: Quadrature = "midpoint"
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeImage:
+    """What a march recorded: enough for the picture under any light and with any palette.
+
+    ``amounts`` (height, width, K) float32, one channel per material; ``transmittance`` (height, width). ``samples``
+    counts steps that showed something, ``steps`` all turns of the loop (None if not asked for); ``seconds`` is the
+    time of the march with the copy back.
+    """
+
+    transfer: TransferFunction
+    stepping: Stepping
+    amounts: NDArray[np.float32]
+    transmittance: NDArray[np.float32]
+    seconds: float
+    samples: int | None = None
+    steps: int | None = None
+
+    def picture(self, light: ArrayLike | None = None, colors: ArrayLike | None = None) -> NDArray[np.float32]:
+        """Σ_k A_k·color_k: linear RGB or spectral radiance (height, width, 3 or wavelengths), without any ray.
+
+        ``light`` (same length as a colour) multiplies the lit materials' colours, ``colors`` (K, …) replaces them.
+        """
+        return combine(self.amounts, palette_matrix(self.transfer, light, colors))
+
+
+def palette_matrix(
+    transfer: TransferFunction, light: ArrayLike | None = None, colors: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Colour of each material under ``light``, (K, channels): what re-illumination and re-palette change."""
+    base = transfer.colors
+    matrix = base.copy() if colors is None else np.array(frozen_array("colors", colors, base.shape))
+    if light is not None:
+        spectrum = frozen_array("light", light, (base.shape[1],))
+        lit = [k for k, material in enumerate(transfer.materials) if material.lit]
+        matrix[lit] *= spectrum
+    return matrix
+
+
+def combine(amounts: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(height, width, K) amounts times (K, channels), as one float32 matrix product."""
+    flat = amounts.reshape(-1, amounts.shape[-1]) @ matrix.astype(np.float32)
+    return flat.reshape(*amounts.shape[:-1], matrix.shape[1])
+
+
+class VolumeRenderer:
+    """Renders one field; keeps on the device what does not change with view or transfer function.
+
+    ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError where
+    Dr.Jit is absent.
+    """
+
+    def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
+        self.volume = volume
+        self.types = array_types(backend) if isinstance(backend, str) else backend
+        self.device_volume = DeviceVolume(self.types, volume)
+        self._statistics: dict[str, BrickStatistics] = {}
+        self._prepared: tuple[TransferFunction, PreparedTransfer] | None = None
+
+    @property
+    def edge(self) -> int:
+        """Brick edge in voxels: fine enough to leap well, few enough bricks that a new transfer function is quick."""
+        return 2 if self.volume.data.size <= 4_200_000 else 4 if self.volume.data.size <= 1 << 28 else 8
+
+    def statistics(self, rule: Rule) -> BrickStatistics:
+        """Brick statistics that ``rule`` wants, computed once."""
+        key = "thesis" if rule == "thesis" else "bricks"
+        if key not in self._statistics:
+            made = voxel_statistics(self.volume, THESIS_WINDOW) if rule == "thesis" else None
+            self._statistics[key] = made or brick_statistics(self.volume, self.edge)
+        return self._statistics[key]
+
+    @cached_property
+    def gradient(self) -> DeviceVolume:
+        """Gradient magnitudes on the device, made when a two-dimensional transfer function first asks."""
+        return DeviceVolume(self.types, gradient_magnitude(self.volume))
+
+    def prepare(self, transfer: TransferFunction) -> PreparedTransfer:
+        """Tables and grids for ``transfer``; the last one asked for is kept."""
+        if self._prepared is None or self._prepared[0] is not transfer:
+            self._prepared = (transfer, PreparedTransfer(self, transfer))
+        return self._prepared[1]
+
+    def render(
+        self, view: View, transfer: TransferFunction, stepping: Stepping | None = None, *, counts: bool = False
+    ) -> VolumeImage:
+        """One ray through the middle of each pixel. Without ``stepping``, as ``plan(...)`` chooses for 50 dB."""
+        if stepping is None:
+            from spectral_core.volume.plan import plan
+
+            stepping = plan(self, view, transfer).stepping
+        start = time.perf_counter()
+        x, y = _pixel_centres(self.types, view.width, view.height)
+        channels = self.trace(view, transfer, stepping, (x, y), counts=counts)
+        seconds = time.perf_counter() - start
+        k = len(transfer.materials)
+        flat = np.stack(channels[: k + 1], axis=-1).reshape(view.height, view.width, k + 1)
+        samples, steps = (int(c.sum(dtype=np.int64)) for c in channels[k + 1 :]) if counts else (None, None)
+        return VolumeImage(transfer, stepping, flat[..., :k], flat[..., k], seconds, samples, steps)
+
+    def trace(
+        self,
+        view: View,
+        transfer: TransferFunction,
+        stepping: Stepping,
+        pixels: tuple[Any, Any],
+        *,
+        counts: bool = False,
+        least_transmittance: float = LEAST_TRANSMITTANCE,
+    ) -> list[NDArray[Any]]:
+        """March the rays through picture places ``pixels`` (x and y arrays, in pixels).
+
+        Returns one array per material, the transmittance and, with ``counts``, samples and steps per ray.
+        """
+        import drjit as dr
+
+        data = self.prepare(transfer).march_input(stepping, least_transmittance)
+        rays = self._rays(view, pixels, data.grid)
+        out = march(data, rays, counts=counts)
+        channels = [*out.amounts, out.transmittance, *([out.samples, out.steps] if counts else [])]
+        dr.eval(channels)
+        return [channel.numpy() for channel in channels]
+
+    def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
+        import drjit as dr
+
+        types = self.types
+        coefficients, back = view.index_rays(self.volume)
+        c = [[[dr.opaque(types.Float, float(v)) for v in row] for row in block] for block in coefficients]
+        x, y = pixels
+        point, along, world = ([dr.fma(y, b[2][a], dr.fma(x, b[1][a], b[0][a])) for a in range(3)] for b in c)
+        length = dr.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
+        per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) / length
+        begin = -dr.opaque(types.Float, min(back, 1e15)) * length
+        return clip_to_box(grid, point, [a / length for a in along], per_index, begin)
+
+
+class PreparedTransfer:
+    """A transfer function made ready for one field: its table, and step grids as they are asked for."""
+
+    def __init__(self, renderer: VolumeRenderer, transfer: TransferFunction) -> None:
+        self.renderer = renderer
+        gradient = renderer.gradient if transfer.uses_gradient else None
+        highest = gradient.volume.value_range[1] if gradient else 0.0
+        self.table: TransferTable = tabulate(transfer, renderer.volume, highest)
+        self.gradient, self.weights = gradient, None
+        if gradient and self.table.weights is not None:
+            over = TransferTable(0.0, self.table.gradient_high, self.table.weights, len(transfer.materials))
+            self.weights = DeviceTable(renderer.types, over, gradient, False)
+        self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
+        self._grids: dict[Rule, DeviceGrid] = {}
+        self._tables: dict[Quadrature, DeviceTable] = {}
+
+    def grid(self, rule: Rule) -> DeviceGrid:
+        """The step grid of ``rule`` on the device."""
+        if rule not in self._grids:
+            made = step_grid(rule, self.renderer.statistics(rule), self.ranges)
+            self._grids[rule] = DeviceGrid(self.renderer.types, made, self.renderer.volume.shape)
+        return self._grids[rule]
+
+    def march_input(self, stepping: Stepping, least_transmittance: float) -> MarchInput:
+        """What ``march`` takes; numbers that may change without another kernel are opaque."""
+        import drjit as dr
+
+        types, quadrature = self.renderer.types, stepping.quadrature
+        with_integrals = quadrature == "preintegrated"
+        if quadrature not in self._tables:
+            self._tables[quadrature] = DeviceTable(types, self.table, self.renderer.device_volume, with_integrals)
+        scale, floor = (dr.opaque(types.Float, float(v)) for v in (stepping.scale, least_transmittance))
+        if self.gradient and with_integrals:
+            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
+        return MarchInput(
+            self.renderer.device_volume,
+            self.grid(stepping.rule),
+            self._tables[quadrature],
+            scale,
+            quadrature,
+            floor,
+            self.gradient,
+            self.weights,
+        )
+
+
+def array_types(backend: str) -> Any:
+    """The Dr.Jit array module of ``llvm`` or ``cuda``."""
+    if backend not in ("llvm", "cuda"):
+        raise InvalidInputError(f"backend {backend!r}; expected 'llvm' or 'cuda'")
+    use_newest_llvm()
+    try:
+        import drjit as dr
+        import drjit.cuda
+        import drjit.llvm
+    except ImportError as error:
+        raise MissingDependencyError.package("drjit", "rendering volumes", "render") from error
+    wanted = dr.JitBackend.LLVM if backend == "llvm" else dr.JitBackend.CUDA
+    if not dr.has_backend(wanted):
+        remedy = (
+            "install LLVM 15 or newer and set DRJIT_LIBLLVM_PATH to libLLVM.so" if backend == "llvm" else "use llvm"
+        )
+        raise MissingDependencyError(f"Dr.Jit finds no {backend} here; {remedy}")
+    return drjit.llvm if backend == "llvm" else drjit.cuda
+
+
+@lru_cache(maxsize=8)
+def _pixel_centres(types: Any, width: int, height: int) -> tuple[Any, Any]:
+    """x and y of all pixel centres, row by row, on the device."""
+    import drjit as dr
+
+    index = dr.arange(types.UInt32, width * height)
+    row = index // dr.opaque(types.UInt32, width)
+    x, y = types.Float(index - row * width) + 0.5, types.Float(row) + 0.5
+    dr.eval(x, y)
+    return x, y

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cameras: where the rays of a picture start, in the index space of a field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.field import ScalarVolume
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera: ``to_world`` (4, 4) as Mitsuba has it (looks along +z, +y up, +x to the left), and the picture's size.
+
+    ``fov_deg`` is the angle across the picture's width; None makes it orthographic with ``ortho_width`` world units
+    across. Rays of a perspective camera start at the camera, so it may stand inside a field; those of an
+    orthographic camera come from infinitely far behind it.
+    """
+
+    to_world: Array
+    width: int = 512
+    height: int = 512
+    fov_deg: float | None = 30.0
+    ortho_width: float = field(default=0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "to_world", frozen_array("to_world of a view", self.to_world, (4, 4)))
+        if self.width < 1 or self.height < 1:
+            raise InvalidInputError(f"a view of {self.width}×{self.height} pixels; expected at least 1×1")
+        if self.fov_deg is None:
+            require_range("ortho_width", self.ortho_width, 1e-30, 1e30)
+        else:
+            require_range("fov_deg", self.fov_deg, 0.01, 170.0, "°")
+
+    @classmethod
+    def looking(cls, origin: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), **rest: Any) -> View:
+        """From ``origin`` towards ``target`` (3,), world units; ``up`` may not be parallel to that. Rest as fields."""
+        start = frozen_array("origin", origin, (3,))
+        ahead = frozen_array("target", target, (3,)) - start
+        side = np.cross(frozen_array("up", up, (3,)), ahead)
+        if not np.linalg.norm(ahead) or np.linalg.norm(side) < 1e-9 * np.linalg.norm(ahead):
+            raise InvalidInputError(f"a view from {start.tolist()} along its own up has no sideways; choose another up")
+        ahead, side = ahead / np.linalg.norm(ahead), side / np.linalg.norm(side)
+        matrix = np.eye(4)
+        matrix[:3, :4] = np.stack([side, np.cross(ahead, side), ahead, start], axis=1)
+        return cls(matrix, **rest)
+
+    @classmethod
+    def around(
+        cls,
+        volume: ScalarVolume,
+        azimuth_deg: float = 35.0,
+        elevation_deg: float = 25.0,
+        *,
+        zoom: float = 1.0,
+        **rest: Any,
+    ) -> View:
+        """Towards the middle of ``volume``, far enough to see its bounding sphere whole at ``zoom`` 1."""
+        corners = volume.corners_world
+        middle = corners.mean(axis=0)
+        radius = float(np.linalg.norm(corners - middle, axis=1).max()) / zoom
+        azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+        towards = np.array(
+            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+        )
+        fov = rest.get("fov_deg", 30.0)
+        if fov is None:
+            rest.setdefault("ortho_width", 2.0 * radius)
+        distance = 4.0 * radius if fov is None else radius / np.sin(np.radians(fov) / 2)
+        up = (0.0, 0.0, 1.0) if abs(elevation_deg) < 85 else (0.0, 1.0, 0.0)
+        return cls.looking(middle + towards * distance, middle, up, **rest)
+
+    def resized(self, width: int, height: int) -> View:
+        """The same camera with another number of pixels."""
+        from dataclasses import replace
+
+        return replace(self, width=width, height=height)
+
+    def rays_world(self) -> tuple[Array, Array]:
+        """Start and unit direction of the ray through each pixel's centre, both (height, width, 3), world units."""
+        x, y = np.meshgrid(*(np.arange(n) + 0.5 for n in (self.width, self.height)))
+        start, towards = self._affine(np.eye(4), np.zeros(3))
+        o = start[0] + x[..., None] * start[1] + y[..., None] * start[2]
+        d = towards[0] + x[..., None] * towards[1] + y[..., None] * towards[2]
+        return o, d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+    def index_rays(self, volume: ScalarVolume) -> tuple[Array, float]:
+        """Coefficients (3, 3, 3) of the rays in index space, and how far back they begin.
+
+        At picture coordinates (x, y) in pixels, point = c[0]·(1, x, y), direction = c[1]·(1, x, y), both in index
+        space, and c[2]·(1, x, y) is the direction's world vector; none is normalised. The point lies abreast of the
+        field's middle, not at the camera, so that float32 stays exact from any distance. A ray begins at
+        point - back·direction; an orthographic one has no beginning (infinite).
+        """
+        middle = volume.corners_world.mean(axis=0)
+        start, towards = self._affine(np.eye(4), middle)
+        ahead = self.to_world[:3, 2]
+        back = float(ahead @ (middle - self.to_world[:3, 3]))  # directions reach one unit along the axis
+        if self.fov_deg is None:
+            start = start + np.array([[back], [0], [0]]) * ahead
+            back = np.inf
+        else:
+            start = start + back * towards
+        linear = volume.to_index[:3, :3]
+        points = start @ linear.T
+        points[0] += np.array(volume.shape) / 2 - 0.5
+        return np.stack([points, towards @ linear.T, towards]), back
+
+    def _affine(self, frame: Array, middle: Array) -> tuple[Array, Array]:
+        """Start and direction as rows for (1, x, y), world axes, start relative to ``middle``."""
+        side, up, ahead, origin = (self.to_world[:3, c] for c in range(4))
+        half = self.ortho_width / 2 if self.fov_deg is None else np.tan(np.radians(self.fov_deg) / 2)
+        pixel = 2 * half / self.width
+        # +x of the camera points to the left of the picture, as in Mitsuba; rows run downwards.
+        across = np.stack([side * half + up * half * self.height / self.width, -side * pixel, -up * pixel])
+        fixed = np.stack([origin - middle, np.zeros(3), np.zeros(3)])
+        along = np.stack([ahead, np.zeros(3), np.zeros(3)])
+        return (fixed + across, along) if self.fov_deg is None else (fixed, along + across)
+
+    def mitsuba_sensor(self) -> dict[str, Any]:
+        """This camera as a Mitsuba sensor dictionary without film (float64 matrix; wants a variant to be set)."""
+        import mitsuba as mi
+
+        matrix = self.to_world.copy()
+        if self.fov_deg is not None:
+            return {
+                "type": "perspective",
+                "fov": self.fov_deg,
+                "fov_axis": "x",
+                "to_world": mi.ScalarTransform4f(matrix),
+            }
+        matrix[:3, :2] *= self.ortho_width / 2
+        return {"type": "orthographic", "to_world": mi.ScalarTransform4f(matrix)}

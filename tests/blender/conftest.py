@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Blender with the extension enabled and an empty scene, for each test; and short ways to fill it."""
+
+from __future__ import annotations
+
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+
+@pytest.fixture(scope="session")
+def _extension():
+    import blender_addon
+
+    blender_addon.register()
+    yield
+    blender_addon.unregister()
+
+
+@pytest.fixture
+def blender(_extension):
+    """bpy with the extension and a scene without objects, lights, world or camera."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return bpy
+
+
+@pytest.fixture
+def build(blender):
+    """Builders of scene parts, linked into the scene."""
+    return SimpleNamespace(
+        mesh=_mesh, plane=_plane, object=_object, material=_material, light=_light, camera=_camera, image=_image
+    )
+
+
+@pytest.fixture
+def translate(blender):
+    """The scene as translation data; a camera is added where the test has none."""
+
+    def run():
+        from blender_addon.translate.scene import translate_scene
+
+        if bpy.context.scene.camera is None:
+            _camera()
+        return translate_scene(bpy.context.evaluated_depsgraph_get())
+
+    return run
+
+
+def _object(name, data, location=(0, 0, 0)):
+    made = bpy.data.objects.new(name, data)
+    made.location = location
+    bpy.context.scene.collection.objects.link(made)
+    return made
+
+
+def _mesh(name, vertices, faces, material=None):
+    data = bpy.data.meshes.new(name)
+    data.from_pydata(vertices, [], faces)
+    if material is not None:
+        data.materials.append(material)
+    return _object(name, data)
+
+
+def _plane(name="Plane", size=2.0, material=None):
+    half = size / 2
+    made = _mesh(
+        name, [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [(0, 1, 2, 3)], material
+    )
+    uvs = made.data.uv_layers.new(name="UVMap")
+    uvs.uv.foreach_set("vector", np.array([0, 0, 1, 0, 1, 1, 0, 1], dtype=np.float32))
+    return made
+
+
+def _material(name="Material", shader="ShaderNodeBsdfDiffuse", **inputs):
+    """A material of one shader node, its inputs set by name; returns it, its node under ``material["shader"]``."""
+    from blender_addon import compat
+
+    made = bpy.data.materials.new(name)
+    tree = compat.use_nodes(made)
+    tree.nodes.clear()
+    node = tree.nodes.new(shader)
+    node.name = "shader"
+    for key, value in inputs.items():
+        node.inputs[key.replace("_", " ")].default_value = value
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
+    return made
+
+
+def _light(kind, energy=100.0, location=(0, 0, 2), **values):
+    data = bpy.data.lights.new(kind.title(), kind)
+    data.energy = energy
+    for key, value in values.items():
+        setattr(data, key, value)
+    return _object(kind.title(), data, location)
+
+
+def _camera(location=(0, 0, 5), **values):
+    data = bpy.data.cameras.new("Camera")
+    for key, value in values.items():
+        setattr(data, key, value)
+    made = _object("Camera", data, location)
+    bpy.context.scene.camera = made
+    return made
+
+
+def _image(name, pixels, *, float_buffer=False, color_space=None):
+    """An image of the pixels (h, w, 4), as Blender stores them."""
+    array = np.asarray(pixels, dtype=np.float32)
+    made = bpy.data.images.new(name, array.shape[1], array.shape[0], alpha=True, float_buffer=float_buffer)
+    if color_space:
+        made.colorspace_settings.name = color_space
+    made.pixels.foreach_set(array.ravel())
+    made.update()
+    return made
+
+
+@pytest.fixture(autouse=True)
+def _deprecations():
+    """Blender announces what 6.0 takes away; compat.py asks for both ways, so tests may be told."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=DeprecationWarning, message=".*expected to be removed in Blender.*")
+        yield

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""F12: pixels arrive where Blender wants them, errors reach the user, a cancel is heard, records are kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import RenderCancelled
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+
+@pytest.fixture
+def f12(build, tmp_path):
+    """Render the scene to an EXR and read it: (height, width, 4), row 0 at the bottom."""
+    from blender_addon import compat, jobs
+
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL"
+    scene.render.resolution_x, scene.render.resolution_y = 24, 16
+    scene.spectral.render.samples = 4
+    jobs.records.clear()
+
+    def run():
+        if scene.camera is None:
+            build.camera(type="ORTHO", ortho_scale=3.0)
+        scene.render.filepath = str(tmp_path / "frame.exr")
+        compat.set_image_format(scene.render.image_settings, "OPEN_EXR", color_depth="32", color_mode="RGBA")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
+        pixels = np.array(image.pixels[:], dtype=np.float32).reshape(*reversed(image.size[:]), 4)
+        bpy.data.images.remove(image)
+        return pixels
+
+    return run
+
+
+def glowing(build, color=(0.5, 0.25, 0.125)):
+    return build.material("Glow", "ShaderNodeEmission", Color=(*color, 1.0), Strength=1.0)
+
+
+def test_picture_stands_where_blender_wants_it(build, f12):
+    build.mesh("Corner", [(-2, 0.5, 0), (0, 0.5, 0), (0, 2, 0), (-2, 2, 0)], [(0, 1, 2, 3)], glowing(build))
+    pixels = f12()
+    assert pixels.shape == (16, 24, 4)
+    np.testing.assert_allclose(pixels[13:, :11, :3], np.broadcast_to((0.5, 0.25, 0.125), (3, 11, 3)), rtol=1e-3)
+    assert not pixels[:11, :, :3].any() and not pixels[:, 13:, :3].any() and np.all(pixels[..., 3] == 1)
+
+
+def test_record_keeps_what_became_of_it(build, f12):
+    from blender_addon import jobs
+
+    build.plane(material=glowing(build))
+    f12()
+    assert [(entry.status, entry.samples, entry.frame) for entry in jobs.records] == [("done", 4, 1)]
+    assert jobs.records[0].result.pixels.shape == (16, 24, 4) and jobs.failures() == []
+
+
+def test_transparent_film(build, f12):
+    bpy.context.scene.render.film_transparent = True
+    build.mesh("Left", [(-2, -2, 0), (0, -2, 0), (0, 2, 0), (-2, 2, 0)], [(0, 1, 2, 3)], build.material())
+    alpha = f12()[..., 3]
+    assert np.all(alpha[:, :11] == 1) and not alpha[:, 13:].any()
+
+
+@pytest.mark.parametrize("crops", [False, True])
+def test_border_is_the_same_part_of_the_picture(build, f12, crops):
+    build.mesh("Slope", [(-2, -2, 0), (2, -2, 0), (2, 1, 0), (-2, 0, 0)], [(0, 1, 2, 3)], glowing(build))
+    bpy.context.scene.render.filter_size = 0.01  # no picture edge falls differently with the random numbers
+    whole = f12()
+    render = bpy.context.scene.render
+    render.use_border, render.use_crop_to_border = True, crops
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.5, 1.0
+    part = f12()
+    assert part.shape == ((8, 12, 4) if crops else (16, 24, 4))
+    inside = part if crops else part[8:, 6:18]
+    assert np.abs(inside[..., :3] - whole[8:, 6:18, :3]).mean() < 0.02
+    if not crops:
+        assert not part[:8].any()
+
+
+def test_every_view_layer_gets_its_own_picture(build, f12):
+    from blender_addon import jobs
+
+    build.plane(material=glowing(build))
+    bpy.context.scene.view_layers.new("Second")
+    f12()
+    assert [entry.view_layer for entry in jobs.records] == ["ViewLayer", "Second"]
+
+
+def test_animation_renders_each_frame(build, f12, tmp_path):
+    from blender_addon import jobs
+
+    plane = build.plane(material=glowing(build))
+    for frame, place in ((1, 0.0), (3, 9.0)):
+        plane.location.x = place
+        plane.keyframe_insert("location", frame=frame)
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end = 1, 3
+    f12()
+    jobs.records.clear()
+    scene.render.filepath = str(tmp_path / "walk_")
+    bpy.ops.render.render(animation=True)
+    assert [entry.frame for entry in jobs.records] == [1, 2, 3]
+    assert sorted(path.name for path in tmp_path.glob("walk_*")) == [f"walk_{n:04d}.exr" for n in (1, 2, 3)]
+
+
+def test_an_error_reaches_the_user_and_the_next_render_works(build, f12):
+    from blender_addon import jobs
+
+    build.plane(material=glowing(build))
+    f12()
+    settings = bpy.context.scene.spectral.render
+    wrong = settings.overrides.add()
+    wrong.name, wrong.value = "bounce", "3"
+    with pytest.raises(RuntimeError, match="no effect is named 'bounce'; did you mean 'bounces'"):
+        bpy.ops.render.render()
+    assert jobs.records[-1].status == "failed" and jobs.failures()[0].message.startswith("no effect is named")
+    settings.overrides.clear()
+    f12()
+    assert jobs.records[-1].status == "done"
+
+
+def test_an_error_of_ours_is_an_error_of_the_render(build, f12, monkeypatch):
+    from blender_addon import engine, jobs
+
+    monkeypatch.setattr(engine, "translate_scene", lambda *_, **__: 1 / 0)
+    with pytest.raises(RuntimeError, match="ZeroDivisionError: division by zero"):
+        f12()
+    assert [entry.status for entry in jobs.records] == ["failed"]
+
+
+def test_an_animation_stops_at_its_first_error(build, f12, monkeypatch):
+    from blender_addon import engine, jobs
+
+    build.plane(material=glowing(build))
+    f12()
+    jobs.records.clear()
+    monkeypatch.setattr(engine, "translate_scene", lambda *_, **__: 1 / 0)
+    bpy.context.scene.frame_end = 3
+    with pytest.raises(RuntimeError, match="ZeroDivisionError"):
+        bpy.ops.render.render(animation=True)
+    assert [entry.status for entry in jobs.records] == ["failed"]
+
+
+def test_cancel_is_a_record_and_no_error(build, f12):
+    from blender_addon import jobs
+
+    def stop(scene):
+        raise RenderCancelled("seen enough")
+
+    with jobs.request(jobs.RenderRequest(translated=stop)):
+        f12()
+    assert [(entry.status, entry.message) for entry in jobs.records] == [("cancelled", "seen enough")]
+
+
+def test_pixels_are_in_blenders_working_space(build, f12, monkeypatch):
+    """In a file that works in ACEScg the same light has other numbers."""
+    from blender_addon import compat
+
+    build.plane(size=9, material=glowing(build, (1, 0, 0)))
+    monkeypatch.setattr(compat, "working_space", lambda data: "ACEScg")
+    from blender_addon.translate.context import Translation
+
+    seen = Translation.of(None, bpy.data).linear_rgb(f12()[8, 12, :3])
+    given = Translation.of(None, bpy.data).linear_rgb((1, 0, 0))
+    np.testing.assert_allclose(seen, given, atol=2e-3)
+
+
+def test_registers_twice_and_leaves_nothing_behind(blender):
+    import blender_addon
+    from blender_addon.engine import SpectralRenderEngine as engine_class
+
+    def marked():
+        return {
+            panel for panel in bpy.types.Panel.__subclasses__() if "SPECTRAL" in getattr(panel, "COMPAT_ENGINES", ())
+        }
+
+    assert len(marked()) > 200 and engine_class.is_registered
+    blender_addon.unregister()
+    try:
+        assert not {panel for panel in marked() if not panel.__module__.startswith("blender_addon")}
+        assert not hasattr(bpy.types.Scene, "spectral")
+        assert not engine_class.is_registered
+    finally:
+        blender_addon.register()
+    assert len(marked()) > 200

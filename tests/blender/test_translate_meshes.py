@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Geometry: arrays against what Blender says corner by corner, sharing, modifiers, odd meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+def corners_of(mesh):
+    """Position, normal and UV of every triangle corner of a translated mesh."""
+    index = mesh.triangles.ravel()
+    parts = [array[index] for array in (mesh.positions, mesh.normals, mesh.uvs) if array is not None]
+    return np.concatenate(parts, axis=1)
+
+
+def corners_in_blender(source, *, normals, uvs):
+    """The same, asked of Blender one corner at a time: the slow oracle."""
+    source.calc_loop_triangles()
+    rows = []
+    for triangle in source.loop_triangles:
+        for loop in triangle.loops:
+            row = list(source.vertices[source.loops[loop].vertex_index].co)
+            row += list(source.corner_normals[loop].vector) if normals else []
+            row += list(source.uv_layers[0].uv[loop].vector) if uvs else []
+            rows.append(row)
+    return np.array(rows, dtype=np.float32)
+
+
+@pytest.mark.parametrize("shading", ["flat", "smooth", "sharp", "custom"])
+@pytest.mark.parametrize("uvs", [False, True])
+def test_every_corner_is_what_blender_says(blender, shading, uvs):
+    from blender_addon.translate.meshes import translate_mesh
+
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=7)
+    source = bpy.context.object.data
+    source.polygons.foreach_set("use_smooth", np.full(len(source.polygons), shading != "flat"))
+    if shading == "sharp":
+        edges = source.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
+        edges.data.foreach_set("value", np.arange(len(source.edges)) % 3 == 0)
+    if shading == "custom":
+        source.normals_split_custom_set([(0.0, 0.6, 0.8)] * len(source.loops))
+    source.update()
+    mesh = translate_mesh("sphere", source, "" if uvs else None)
+    expected = corners_in_blender(source, normals=shading != "flat", uvs=uvs)
+    np.testing.assert_allclose(corners_of(mesh), expected, atol=1e-6)
+    if shading in ("flat", "smooth") and not uvs:
+        assert len(mesh.positions) == len(source.vertices)  # nothing needs a split
+    if shading == "sharp":
+        distinct = {(v, row.tobytes()) for v, row in zip(mesh.triangles.ravel(), corners_of(mesh), strict=True)}
+        assert len(distinct) == len(mesh.positions)
+
+
+def test_split_keeps_equal_corners_together(rng):
+    from blender_addon.translate.meshes import split_corners
+
+    corners = rng.integers(0, 50, 600).astype(np.int32)
+    attributes = rng.integers(0, 2, (600, 3)).astype(np.float32)
+    vertex, corner = split_corners(corners, attributes, 50)
+    kinds = {(v, row.tobytes()) for v, row in zip(corners, attributes, strict=True)}
+    assert len(corner) == len(kinds) == vertex.max() + 1
+    np.testing.assert_array_equal(attributes[corner[vertex]], attributes)
+    np.testing.assert_array_equal(corners[corner[vertex]], corners)
+
+
+def test_hash_collision_costs_memory_not_truth(monkeypatch):
+    """Where two kinds fall together in the hash, every row becomes a kind of its own."""
+    from blender_addon.translate import meshes
+
+    vertices, attributes = np.array([3, 3, 4]), np.array([[1.0], [2.0], [1.0]], dtype=np.float32)
+    monkeypatch.setattr(meshes.np, "unique", lambda *_, **__: (None, np.array([0]), np.zeros(3, dtype=int)))
+    one, kind = meshes._same_rows(vertices, attributes)
+    np.testing.assert_array_equal(one[kind], [0, 1, 2])
+
+
+def test_modifiers_are_applied_and_instances_share_one_mesh(build, translate):
+    source = build.plane()
+    source.modifiers.new("Array", "ARRAY").count = 4
+    plain = build.mesh("Tri", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    twin = build.object("Twin", plain.data, (5, 0, 0))
+    twin.scale = (-1, 2, 3)
+    scene = translate()
+    by_name = {instance.name: instance for instance in scene.instances}
+    assert len(next(mesh for mesh in scene.meshes if mesh.name == by_name["Plane"].mesh).triangles) == 8
+    assert by_name["Tri"].mesh == by_name["Twin"].mesh and len(scene.meshes) == 2
+    np.testing.assert_allclose(by_name["Twin"].world_from_object, np.diag([-1.0, 2, 3, 1]) + np.eye(4, k=3) * 5)
+
+
+def test_collection_instances_and_geometry_nodes_share_one_mesh(build, translate):
+    tri = build.mesh("Tri", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    flock = bpy.data.collections.new("Flock")
+    flock.objects.link(tri)
+    bpy.context.scene.collection.objects.unlink(tri)
+    for place in range(3):
+        empty = build.object(f"Empty {place}", None, (place, 0, 0))
+        empty.instance_type, empty.instance_collection = "COLLECTION", flock
+    scene = translate()
+    assert len(scene.meshes) == 1 and len(scene.instances) == 3
+    assert sorted(i.world_from_object[0, 3] for i in scene.instances) == [0, 1, 2]
+    assert len({i.name for i in scene.instances}) == 3
+
+
+def test_materials_go_with_their_faces_and_objects(build, translate):
+    red, green, blue = (build.material(name) for name in ("Red", "Green", "Blue"))
+    pair = build.mesh("Pair", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [(0, 1, 2), (1, 3, 2)], red)
+    pair.data.materials.append(green)
+    pair.data.polygons[1].material_index = 1
+    twin = build.object("Twin", pair.data)
+    twin.material_slots[1].link = "OBJECT"
+    twin.material_slots[1].material = blue
+    bare = build.mesh("Bare", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    bare.data.polygons[0].material_index = 2  # past the last slot
+    scene = translate()
+    worn = {instance.name: instance.materials for instance in scene.instances}
+    assert worn["Pair"] == ("Red", "Green") and worn["Twin"] == ("Red", "Blue")
+    assert worn["Bare"] == ("No material",) * 3
+    np.testing.assert_array_equal(scene.meshes[0].material_indices, [0, 1])
+
+
+@pytest.mark.parametrize("kind", ["CURVE", "FONT", "META", "SURFACE"])
+def test_curves_text_and_metaballs_become_meshes(blender, translate, kind):
+    if kind == "CURVE":
+        bpy.ops.curve.primitive_bezier_circle_add()
+        bpy.context.object.data.bevel_depth = 0.1
+    elif kind == "FONT":
+        bpy.ops.object.text_add()
+    elif kind == "META":
+        bpy.ops.object.metaball_add()
+    else:
+        bpy.ops.surface.primitive_nurbs_surface_sphere_add()
+    bpy.context.object.data.materials.append(bpy.data.materials.new("Gold"))
+    scene = translate()
+    assert [instance.materials for instance in scene.instances] == [("Gold",)]
+    assert len(scene.meshes[0].triangles) > 4 and scene.notes == ()
+
+
+def test_what_has_no_faces_is_nothing_and_what_is_not_rendered_is_named(build, translate):
+    build.mesh("Empty", [], [])
+    build.mesh("Edge", [(0, 0, 0), (1, 0, 0)], [])
+    fur = build.plane("Fur")
+    fur.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    fur.particle_systems[0].settings.type = "HAIR"
+    build.object("Cloud", bpy.data.volumes.new("Cloud"))
+    build.object("Locks", bpy.data.hair_curves.new("Locks"))
+    hidden = build.plane("Hidden")
+    hidden.hide_viewport = True
+    scene = translate()
+    assert [instance.name for instance in scene.instances] == ["Fur"]
+    assert {note.subject for note in scene.notes} == {"Fur", "Cloud", "Locks"}
+
+
+def test_a_mesh_of_numbers_that_are_none_is_left_out_by_name(build, translate):
+    build.mesh("Broken", [(0, 0, 0), (float("nan"), 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    build.plane("Whole")
+    scene = translate()
+    assert [instance.name for instance in scene.instances] == ["Whole"]
+    assert [note.subject for note in scene.notes] == ["Broken"] and "not finite" in scene.notes[0].message
+
+
+def test_uv_map_of_the_material_is_the_one_that_moves(build, translate):
+    material = build.material()
+    tree = material.node_tree
+    image = tree.nodes.new("ShaderNodeTexImage")
+    image.image = build.image("Dots", np.zeros((2, 2, 4)))
+    uv = tree.nodes.new("ShaderNodeUVMap")
+    uv.uv_map = "Second"
+    tree.links.new(uv.outputs[0], image.inputs["Vector"])
+    tree.links.new(image.outputs["Color"], tree.nodes["shader"].inputs["Color"])
+    plane = build.plane(material=material)
+    second = plane.data.uv_layers.new(name="Second")
+    second.uv.foreach_set("vector", np.full(8, 0.25, dtype=np.float32))
+    lonely = build.mesh("No UVs", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], material)
+    scene = translate()
+    by_name = {mesh.name: mesh for mesh in scene.meshes}
+    assert np.all(by_name["Plane"].uvs == 0.25) and np.all(by_name[lonely.data.name].uvs == 0)
+    assert [(note.subject, "no UV map 'Second'" in note.message) for note in scene.notes] == [("No UVs", True)]

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files through Blender's operators: palettes, spectra of every format, swatches, and spectra read from files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.properties.palette_problem import palette_problem
+from blender_addon.properties.palette_table import places
+from blender_addon.properties.spectrum import spectrum_of
+from spectral_core.color import display_rgb_from_linear
+from spectral_core.datasets import illuminant, reflectance
+from spectral_core.palette.files import read_swatches
+from spectral_core.spectra_files import read_spectra, write_spectra
+
+
+@pytest.fixture
+def palette(blender):
+    """Split light, solved."""
+    blender.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
+    return blender.context.scene.spectral.palette
+
+
+@pytest.mark.parametrize("ending", ["toml", "json"])
+def test_a_palette_goes_out_and_comes_back(blender, palette, tmp_path, ending):
+    file = str(tmp_path / f"split.{ending}")
+    before = palette_problem(palette)
+    blender.ops.spectral.palette_export(filepath=file)
+    blender.ops.spectral.palette_clear()
+    blender.ops.spectral.palette_import(filepath=file)
+    after = palette_problem(palette)
+    assert [light.name for light in after.lights] == [light.name for light in before.lights]
+    for mine, theirs in zip(after.lights, before.lights, strict=True):
+        np.testing.assert_allclose(mine.spectrum.values, theirs.spectrum.values, rtol=1e-5, atol=1e-7)
+    for mine, theirs in zip(sum(after.cells, ()), sum(before.cells, ()), strict=True):
+        assert (mine.mode, mine.exact, mine.others) == (theirs.mode, theirs.exact, theirs.others)
+        np.testing.assert_allclose(mine.target, theirs.target, atol=1e-6)
+    assert palette.status == "solved"
+
+
+def test_a_file_that_is_no_palette_leaves_the_table_alone(blender, palette, tmp_path):
+    file = tmp_path / "wrong.toml"
+    file.write_text("lights = 3\n")
+    with pytest.raises(RuntimeError, match=r"wrong\.toml"):
+        blender.ops.spectral.palette_import(filepath=str(file))
+    assert len(palette.lights) == 3
+    with pytest.raises(RuntimeError, match="nowhere"):
+        blender.ops.spectral.palette_import(filepath=str(tmp_path / "nowhere.toml"))
+
+
+@pytest.mark.parametrize("file_format", ["csv", "spdx", "spd"])
+def test_spectra_are_written(blender, palette, tmp_path, file_format):
+    blender.ops.spectral.spectra_export(filepath=str(tmp_path / "split"), file_format=file_format)
+    files = sorted(tmp_path.glob(f"*.{file_format}"))
+    count = len(palette.lights) + len(palette.materials)
+    assert len(files) == (1 if file_format == "csv" else count)
+    spectra = [spectrum for file in files for spectrum in read_spectra(file)]
+    found = {spectrum.name: spectrum for spectrum in spectra}
+    assert len(found) == count
+    for entry in (*palette.lights, *palette.materials):
+        np.testing.assert_allclose(found[entry.name].values, spectrum_of(entry, "result").values, rtol=1e-9)
+
+
+@pytest.mark.parametrize("ending", ["ase", "gpl"])
+def test_swatches_are_the_actual_colors(blender, palette, tmp_path, ending):
+    file = tmp_path / f"split.{ending}"
+    blender.ops.spectral.swatches_export(filepath=str(file))
+    swatches = read_swatches(file)
+    shown = [(palette.materials[row].name, cell) for (row, _), cell in places(palette)]
+    assert len(swatches) == len(shown) == 15
+    for swatch in swatches:
+        match = [cell for material, cell in shown if material in swatch.name]
+        written = display_rgb_from_linear(swatch.linear_rgb)
+        assert min(np.abs(written - np.array(cell.actual)).max() for cell in match) < 1 / 255
+
+
+def test_nothing_is_written_before_the_first_solve(blender, tmp_path):
+    for operator in (blender.ops.spectral.spectra_export, blender.ops.spectral.swatches_export):
+        with pytest.raises(RuntimeError, match="not solved yet"):
+            operator(filepath=str(tmp_path / "nothing.ase"))
+    with pytest.raises(RuntimeError, match="the table is empty"):
+        blender.ops.spectral.palette_export(filepath=str(tmp_path / "nothing.toml"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_light_from_a_file_with_several(blender, tmp_path):
+    file = tmp_path / "lamps.csv"
+    write_spectra(file, [illuminant("A"), illuminant("HP1")])
+    light = blender.data.lights.new("key", "POINT")
+    light.spectral.source = "FILE"
+    assert "no file is chosen" in light.spectral.message
+    light.spectral.filepath = str(file)
+    assert "holds 2 spectra; choose one: A, HP1" in light.spectral.message
+    light.spectral.file_entry = "HP1"
+    np.testing.assert_allclose(spectrum_of(light).values, illuminant("HP1").values, rtol=1e-6)
+    file.unlink()
+    blender.ops.object.light_add(type="POINT")
+    blender.context.object.data = light
+    with pytest.raises(RuntimeError, match="there is no file"):
+        blender.ops.spectral.spectrum_reload(carrier="LIGHT")
+    np.testing.assert_allclose(spectrum_of(light).values, illuminant("HP1").values, rtol=1e-6)  # the values stay
+
+
+@pytest.mark.parametrize("ending", ["spd", "spdx", "csv"])
+def test_a_material_from_a_file_of_one(blender, tmp_path, ending):
+    file = tmp_path / f"skin.{ending}"
+    write_spectra(file, [reflectance("light skin")])
+    material = blender.data.materials.new("skin")
+    material.spectral.source = "FILE"
+    material.spectral.filepath = str(file)
+    assert material.spectral.message == ""
+    np.testing.assert_allclose(spectrum_of(material).values, reflectance("light skin").values, rtol=1e-6)
+
+
+def test_a_designed_spectrum_is_taken_from_the_palette(blender, palette):
+    blender.ops.mesh.primitive_cube_add()
+    material = blender.data.materials.new("wall")
+    blender.context.object.data.materials.append(material)
+    with pytest.raises(RuntimeError, match="the palette has no reflectance named 'nobody'; it has: Paint 1"):
+        blender.ops.spectral.spectrum_from_palette(carrier="MATERIAL", entry="nobody")
+    blender.ops.spectral.spectrum_from_palette(carrier="MATERIAL", entry="Paint 2")
+    wanted = spectrum_of(palette.materials[1], "result")
+    np.testing.assert_array_equal(spectrum_of(material).values, wanted.values)
+    with pytest.raises(RuntimeError, match="there is no active light"):
+        blender.ops.spectral.spectrum_from_palette(carrier="LIGHT", entry="D65")

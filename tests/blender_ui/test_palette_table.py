@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table: rows, columns, cells and what they refer to, through Blender's operators and properties."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.properties import palette_table as table
+
+
+@pytest.fixture
+def palette(blender):
+    """A table of two materials and two lights, D65 and HP1, that asks for nothing yet; not live."""
+    palette = blender.context.scene.spectral.palette
+    palette.live = False
+    for side, name in (("LIGHT", "day"), ("LIGHT", "lamp"), ("MATERIAL", "mark"), ("MATERIAL", "ground")):
+        blender.ops.spectral.palette_add(side=side, name=name)
+    palette.lights[1].spectral.catalogue_name = "HP1"
+    return palette
+
+
+def modes(palette) -> list[list[str]]:
+    return [[cell.mode for cell in material.cells] for material in palette.materials]
+
+
+def test_added_rows_and_columns_make_a_whole_table(blender, palette):
+    assert [light.name for light in palette.lights] == ["day", "lamp"]
+    assert [material.name for material in palette.materials] == ["mark", "ground"]
+    assert modes(palette) == [["IGNORE"] * 2] * 2
+    blender.ops.spectral.palette_add(side="LIGHT", name="day")
+    assert palette.lights[2].name == "day 2"
+    assert [len(material.cells) for material in palette.materials] == [3, 3]
+    assert palette.active_column == 2
+
+
+def test_the_active_object_gives_light_and_material(blender, palette):
+    blender.ops.object.light_add(type="SUN")
+    blender.ops.spectral.palette_add(side="LIGHT")
+    assert palette.lights[-1].light == blender.context.object.data
+    blender.ops.mesh.primitive_cube_add()
+    paint = blender.data.materials.new("paint")
+    blender.context.object.data.materials.append(paint)
+    blender.ops.spectral.palette_add(side="MATERIAL")
+    assert palette.materials[-1].material == paint
+    assert palette.materials[-1].name == "paint"
+
+
+def test_removing_takes_cells_and_references_with_it(blender, palette):
+    palette.materials[1].cells[0].mode = "SAME"
+    assert table.references(palette, palette.materials[1].cells[0]) == [(0, 0)]
+    blender.ops.spectral.palette_remove(side="MATERIAL", index=0)
+    assert modes(palette) == [["IGNORE", "IGNORE"]]
+    blender.ops.spectral.palette_remove(side="LIGHT", index=1)
+    assert modes(palette) == [["IGNORE"]]
+    with pytest.raises(RuntimeError, match="there is no light 5; the palette has 1"):
+        blender.ops.spectral.palette_remove(side="LIGHT", index=5)
+
+
+def test_moving_keeps_each_cell_with_its_material_and_light(blender, palette):
+    palette.materials[0].cells[0].mode = "BLACK"
+    palette.materials[1].cells[0].mode = "SAME"
+    blender.ops.spectral.palette_select(row=0, column=0)
+    blender.ops.spectral.palette_move(side="LIGHT", direction="FORTH")
+    blender.ops.spectral.palette_move(side="MATERIAL", direction="FORTH")
+    assert [light.name for light in palette.lights] == ["lamp", "day"]
+    assert [material.name for material in palette.materials] == ["ground", "mark"]
+    assert modes(palette) == [["IGNORE", "SAME"], ["IGNORE", "BLACK"]]
+    assert table.references(palette, palette.materials[0].cells[1]) == [(1, 1)]
+    assert (palette.active_row, palette.active_column) == (1, 1)
+    assert blender.ops.spectral.palette_move(side="LIGHT", direction="FORTH") == {"CANCELLED"}
+
+
+@pytest.mark.parametrize(
+    ("mode", "place", "expected"),
+    [("SAME", (1, 0), [(0, 0)]), ("CONSTANT", (0, 1), [(0, 0)]), ("DISTINCT", (0, 0), [(1, 0)])],
+)
+def test_a_new_wish_refers_to_what_is_most_often_meant(palette, mode, place, expected):
+    cell = palette.materials[place[0]].cells[place[1]]
+    cell.mode = mode
+    assert table.references(palette, cell) == expected
+
+
+def test_references_are_toggled_and_refused(blender, palette):
+    blender.ops.spectral.palette_select(row=0, column=0)
+    cell = palette.materials[0].cells[0]
+    with pytest.raises(RuntimeError, match="select a cell whose wish is"):
+        blender.ops.spectral.palette_refer(row=1, column=1)
+    cell.mode = "DISTINCT"
+    blender.ops.spectral.palette_refer(row=1, column=1)
+    assert set(table.references(palette, cell)) == {(1, 0), (1, 1)}
+    blender.ops.spectral.palette_refer(row=1, column=0)
+    assert table.references(palette, cell) == [(1, 1)]
+    cell.mode = "SAME"
+    blender.ops.spectral.palette_refer(row=0, column=1)
+    assert table.references(palette, cell) == [(0, 1)]
+    cell.mode = "CONSTANT"
+    with pytest.raises(RuntimeError, match="a constant cell refers to its own row"):
+        blender.ops.spectral.palette_refer(row=1, column=0)
+
+
+def test_a_wish_is_copied_to_its_column_and_row(blender, palette):
+    cell = palette.materials[0].cells[1]
+    blender.ops.spectral.palette_select(row=0, column=1)
+    cell.mode, cell.target, cell.weight, cell.exact = "FIXED", (0.2, 0.4, 0.6), 3.0, True
+    blender.ops.spectral.palette_spread(side="LIGHT")
+    assert modes(palette) == [["IGNORE", "FIXED"], ["IGNORE", "FIXED"]]
+    below = palette.materials[1].cells[1]
+    assert list(below.target) == list(cell.target)
+    assert (below.weight, below.exact) == (3.0, True)
+    blender.ops.spectral.palette_spread(side="MATERIAL")
+    assert modes(palette) == [["FIXED", "FIXED"], ["IGNORE", "FIXED"]]
+
+
+def test_lamps_are_added_to_lists_and_removed(blender, palette):
+    blender.ops.spectral.palette_select(column=1)
+    light = palette.lights[1]
+    for to, lamps in (("PRIMARIES", light.primaries), ("VARIANTS", light.variants)):
+        blender.ops.spectral.palette_lamp_add(to=to, lamp="FL11")
+        blender.ops.spectral.palette_lamp_add(to=to, lamp="A")
+        assert [lamp.spectral.spectrum_name for lamp in lamps] == ["FL11", "A"]
+        blender.ops.spectral.palette_lamp_remove(to=to, index=0)
+        assert [lamp.spectral.spectrum_name for lamp in lamps] == ["A"]
+
+
+def test_selecting_outside_the_table_says_what_there_is(blender, palette):
+    with pytest.raises(RuntimeError, match="there is no material 7; the palette has 2"):
+        blender.ops.spectral.palette_select(row=7, column=0)
+    assert (palette.active_row, palette.active_column) == (1, 1)
+
+
+def test_clear(blender, palette):
+    blender.ops.spectral.palette_clear()
+    assert not len(palette.lights)
+    assert not len(palette.materials)
+    assert table.active_cell(palette) is None

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""White surfaces in a white world are white: every closure keeps all light, at every angle and roughness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.render import render_scene
+from spectral_core.scene import (
+    AddSurface,
+    Camera,
+    Diffuse,
+    Emission,
+    Film,
+    Glass,
+    Glossy,
+    Instance,
+    Material,
+    MixSurface,
+    Principled,
+    RenderSettings,
+    Scene,
+    Transparent,
+    World,
+    gray,
+)
+from tests.render.scenes import matrix, sphere_mesh
+
+pytest.importorskip("mitsuba")
+WHITE = gray(1.0)
+SURFACES = {
+    "diffuse": Diffuse(WHITE),
+    "mirror": Glossy(WHITE, 0.0),
+    "glossy": Glossy(WHITE, 0.3),
+    "rough glossy": Glossy(WHITE, 1.0),
+    "glass": Glass(WHITE, 0.0),
+    "rough glass": Glass(WHITE, 0.5),
+    "dense glass": Glass(WHITE, 0.3, 2.4),
+    "transparent": Transparent(WHITE),
+    "mixed": MixSurface(0.3, MixSurface(0.5, Diffuse(WHITE), Transparent(WHITE)), Glossy(WHITE, 0.0)),
+    "added": AddSurface(Diffuse(gray(0.25)), AddSurface(Emission(gray(0.5)), Glossy(gray(0.25), 0.3))),
+    "plastic": Principled(WHITE),
+    "polished plastic": Principled(WHITE, roughness=0.1, ior=1.8),
+    "coated metal": Principled(WHITE, metallic=1.0, coat_weight=1.0),
+    "half transparent": Principled(WHITE, alpha=0.4),
+    "half glass": Principled(WHITE, transmission=0.5, roughness=0.0, metallic=0.3),
+}
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_white_furnace(name):
+    size = 32
+    scene = Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, 6)), field_of_view_rad=0.36),
+        film=Film(size, size, samples=128),
+        meshes=(sphere_mesh(),),
+        materials=(Material("white", SURFACES[name]),),
+        instances=(Instance("ball", "sphere", np.eye(4), ("white",)),),
+        world=World(WHITE),
+        settings=RenderSettings(max_bounces=64),
+    )
+    result = render_scene(scene)
+    y, x = np.mgrid[:size, :size] - (size - 1) / 2
+    from_center = np.hypot(x, y) / size
+    value = result.pixels[..., 1]
+    for low, high in ((0.0, 0.12), (0.12, 0.3), (0.3, 0.42)):  # head on, slanted, grazing
+        assert value[(from_center >= low) & (from_center < high)].mean() == pytest.approx(1.0, abs=0.02)
+    assert result.notes == ()

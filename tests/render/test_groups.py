@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light groups add up to the picture, spectra of bands to its light, and equal seeds to equal pixels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core import datasets
+from spectral_core.render import Bands, render_scene
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
+from spectral_core.scene import (
+    AreaLight,
+    Color,
+    Diffuse,
+    Emission,
+    Film,
+    Glass,
+    ImageTexture,
+    Instance,
+    Material,
+    Mesh,
+    MixSurface,
+    PointLight,
+    SpotLight,
+    SunLight,
+    World,
+    gray,
+)
+from tests.render.scenes import lit_plane, looking_down, matrix, sphere_mesh
+
+pytest.importorskip("mitsuba")
+
+
+def _many_lights(**changes):
+    """Every kind of light in groups of its own, bounces, glass and a glowing mesh between them."""
+    above = matrix((0.5, 0, 3))
+    sky = np.linspace(0, 1, 8 * 16 * 3, dtype=np.float32).reshape(8, 16, 3)
+    scene = lit_plane(
+        PointLight(name="point", world_from_light=above, power_w=50, group="a"),
+        PointLight(name="ball", world_from_light=above, power_w=50, radius=0.2, color=Color([1, 0.5, 0.2]), group="b"),
+        SpotLight(name="spot", world_from_light=above, power_w=50, radius=0.1, group="a"),
+        SunLight(name="sun", world_from_light=matrix(), irradiance=0.3, group="c"),
+        AreaLight(name="area", world_from_light=above, power_w=50, spread_rad=2.0),
+        world=World(ImageTexture("sky", sky, "linear"), 0.5, group="sky"),
+        camera=looking_down(8, 0.5),
+        film=Film(12, 10, samples=16, seed=5),
+    )
+    return replace(
+        scene,
+        meshes=(*scene.meshes, sphere_mesh(12)),
+        materials=(
+            *scene.materials,
+            Material("glow", MixSurface(0.5, Emission(Color([0.2, 0.3, 1]), 3.0), Diffuse(gray(0.5)))),
+            Material("glass", Glass(gray(0.9), 0.2)),
+        ),
+        instances=(
+            *scene.instances,
+            Instance("glowing", "sphere", matrix((-1, 0, 1), 0.5), ("glow",), group="c"),
+            Instance("glass", "sphere", matrix((0, 1, 1), 0.5), ("glass",)),
+        ),
+        **changes,
+    )
+
+
+@pytest.mark.parametrize("spectral", [False, True])
+def test_groups_add_up_to_the_ordinary_render(spectral):
+    """Same seed, same paths: the sum differs from the ordinary render by float rounding only."""
+    scene = _many_lights()
+    lights = [datasets.illuminant("HP1")] if spectral else None
+    bands = Bands.uniform(400, 700, 5) if spectral else None
+    grouped = render_scene(scene, groups=True, bands=bands, sampling_lights=lights)
+    plain = render_scene(scene, bands=bands, sampling_lights=lights)
+    assert set(grouped.group_pixels) == {"a", "b", "c", "", "sky"}
+    assert all(part[..., :3].max() > 0 for part in grouped.group_pixels.values())
+    np.testing.assert_allclose(grouped.pixels, plain.pixels, rtol=2e-5, atol=2e-6)
+    total = sum(part[..., :3] for part in grouped.group_pixels.values())
+    np.testing.assert_allclose(total, plain.pixels[..., :3], rtol=2e-5, atol=2e-6)
+    if spectral:
+        np.testing.assert_allclose(sum(grouped.group_band_pixels.values()), plain.band_pixels, rtol=2e-5, atol=2e-8)
+
+
+def test_equal_seeds_give_equal_bits_and_other_seeds_do_not():
+    scene = _many_lights()
+    first, second = render_scene(scene).pixels, render_scene(scene).pixels
+    assert np.array_equal(first, second)
+    other = render_scene(replace(scene, film=replace(scene.film, seed=6))).pixels
+    assert not np.array_equal(first, other)
+
+
+def test_passes_do_not_change_the_pixels(monkeypatch):
+    """Sums and random streams go on where the last pass stopped."""
+    from spectral_core.render import session
+
+    scene = _many_lights()
+    whole = render_scene(scene).pixels
+    monkeypatch.setattr(session, "pass_sizes", lambda samples: [7, samples - 7])
+    np.testing.assert_allclose(render_scene(scene).pixels, whole, rtol=1e-6, atol=1e-7)
+
+
+def test_tiles_do_not_leave_seams(monkeypatch):
+    """A picture in many tiles is statistically the picture in one."""
+    from spectral_core.render import accumulate
+
+    scene = lit_plane(PointLight(name="l", world_from_light=matrix((0, 0, 3))), film=Film(16, 16, samples=256))
+    whole = render_scene(scene).pixels
+    monkeypatch.setattr(accumulate, "TILE_PIXELS", 37)
+    tiled = render_scene(scene).pixels
+    np.testing.assert_allclose(tiled, whole, rtol=2e-3)
+
+
+@pytest.mark.parametrize("name", ["D65", "HP1", "FL11"])
+def test_bands_hold_the_light_s_spectrum(name):
+    """A plane of reflectance 0.5 under one lamp: each band is the lamp's mean over the band, times ρ I / π h²."""
+    lamp = datasets.illuminant(name)
+    light = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, color=lamp)
+    bands = Bands.uniform(400, 700, 31)
+    result = render_scene(lit_plane(light, film=Film(8, 8, samples=256)), bands=bands)
+    factor = 0.5 / np.pi * 100 / (4 * np.pi) / 9
+    from spectral_core.render.wavelengths import WAVELENGTHS_NM
+
+    expected = factor * bands.responses @ emitted_spectrum(lamp).at(WAVELENGTHS_NM)
+    actual = result.band_pixels.mean(axis=(0, 1))
+    np.testing.assert_allclose(actual, expected, rtol=0.02, atol=2e-3 * expected.max())
+
+
+def test_white_light_has_unit_luminance():
+    from spectral_core.observer import xyz_of
+
+    assert xyz_of(white_light())[1] == pytest.approx(1.0, abs=1e-12)
+
+
+def test_no_light_at_all_is_black():
+    scene = lit_plane(film=Film(4, 4, samples=4))
+    result = render_scene(scene, groups=True)
+    assert result.pixels[..., :3].max() == 0 and result.pixels[..., 3].min() == 1
+
+
+def test_a_mesh_without_triangles_is_no_error():
+    empty = Mesh("empty", np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint32))
+    scene = lit_plane(film=Film(4, 4, samples=4))
+    scene = replace(
+        scene, meshes=(*scene.meshes, empty), instances=(*scene.instances, Instance("nothing", "empty", np.eye(4)))
+    )
+    assert render_scene(scene).status == "done"

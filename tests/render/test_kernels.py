@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An animation must not compile a kernel per frame: numbers of the scene are data, not code."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import choose_backend, render_scene
+from spectral_core.scene import Color, Film, PointLight, Principled, SpotLight
+from tests.render.scenes import lit_plane, matrix
+
+pytest.importorskip("mitsuba")
+
+
+def _frame(number):
+    light = SpotLight(
+        name="spot",
+        world_from_light=matrix((0.1 * number, 0, 3)),
+        power_w=100 + number,
+        radius=0.1 + 0.01 * number,
+        blend=0.1 + 0.01 * number,
+    )
+    lamp = PointLight(name="lamp", world_from_light=matrix((0, number, 3)), color=Color([1, 0.1 * number, 0.5]))
+    surface = Principled(Color([0.8, 0.1 * number, 0.2]), roughness=0.3 + 0.01 * number, ior=1.4 + 0.01 * number)
+    scene = lit_plane(light, lamp, surface=surface, film=Film(8, 8 + number, samples=4, seed=number))
+    camera = replace(
+        scene.camera, world_from_camera=matrix((0.05 * number, 0, 2 + number)), aperture_radius=0.01 * (1 + number)
+    )
+    return replace(scene, camera=camera)
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_moving_scene_uses_one_kernel(transport):
+    if choose_backend("rgb").is_scalar:
+        pytest.skip("the scalar renderer compiles nothing")
+    import drjit
+
+    def frame(number):
+        scene = _frame(number)
+        return replace(scene, settings=replace(scene.settings, transport=transport))
+
+    render_scene(frame(0))
+    with drjit.scoped_set_flag(drjit.JitFlag.KernelHistory, True):
+        drjit.kernel_history_clear()
+        for number in range(1, 4):
+            assert np.isfinite(render_scene(frame(number)).pixels).all()
+        history = drjit.kernel_history()
+    traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
+    assert len(traced) >= 9
+    assert all(kernel["cache_hit"] for kernel in traced)

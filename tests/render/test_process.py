@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render process: same pictures, warm reuse, cancel, death, restart, and no orphans."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.render import Bands, RenderProcess, render_scene
+from spectral_core.render.process import CANCEL_GRACE_S, find_python
+from spectral_core.scene import Film, PointLight, RenderSettings
+from tests.render.scenes import lit_plane, matrix
+
+pytest.importorskip("mitsuba")
+LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
+SMALL = lit_plane(LAMP, film=Film(8, 6, samples=5, seed=3))
+ENDLESS = replace(SMALL, film=Film(64, 64, samples=1 << 22))
+
+
+@pytest.fixture(scope="module")
+def process():
+    with RenderProcess() as running:
+        yield running
+
+
+def test_the_process_gives_the_same_pixels(process):
+    steps = []
+    bands = Bands.uniform(400, 700, 4)
+    result = process.render(SMALL, on_progress=lambda step: steps.append(step.samples), bands=bands)
+    here = render_scene(SMALL, bands=bands)
+    assert result.status == "done" and result.samples == 5 and steps == [1, 3, 5]
+    assert np.array_equal(result.pixels, here.pixels) and np.array_equal(result.band_pixels, here.band_pixels)
+    assert result.plan == here.plan and result.variant == here.variant
+
+
+def test_the_process_is_used_again(process):
+    process.render(SMALL)
+    first = process.process_id
+    process.render(SMALL)
+    assert process.process_id == first
+
+
+def test_cancel_gives_what_there_is(process):
+    seen = []
+    result = process.render(ENDLESS, on_progress=seen.append, should_stop=lambda: bool(seen))
+    assert result.status == "cancelled" and result.pixels.shape == (64, 64, 4)
+    assert result.samples >= 1 and result.pixels[..., 0].max() > 0
+
+
+def test_cancel_is_answered_soon(process):
+    """By the clock, but with a wide margin: what is promised is the grace and ending the process."""
+    started = []
+
+    def stop():
+        if not started and process.process_id is not None:
+            started.append(time.monotonic())
+        return time.monotonic() - started[0] > 0.5 if started else False
+
+    result = process.render(replace(ENDLESS, film=Film(1024, 1024, samples=1 << 20)), should_stop=stop)
+    assert result.status == "cancelled"
+    assert time.monotonic() - started[0] < 0.5 + CANCEL_GRACE_S + 5
+
+
+def test_a_killed_process_is_an_error_and_the_next_render_works(process):
+    process.render(SMALL)
+    victim = process.process_id
+
+    def kill(_):
+        os.kill(victim, signal.SIGKILL)
+
+    with pytest.raises(RenderError, match="killed by signal 9"):
+        process.render(ENDLESS, on_progress=kill)
+    assert process.process_id is None
+    assert process.render(SMALL).status == "done"
+    assert process.process_id != victim
+
+
+def test_a_process_that_died_between_renders_is_replaced(process):
+    process.render(SMALL)
+    os.kill(process.process_id, signal.SIGKILL)
+    time.sleep(0.1)
+    assert process.render(SMALL).status == "done"
+
+
+def test_an_error_over_there_is_the_same_error_here(process):
+    wrong = replace(SMALL, settings=RenderSettings(variant="vulkan"))
+    with pytest.raises(InvalidInputError, match="variant 'vulkan'"):
+        process.render(wrong)
+    with pytest.raises(InvalidInputError, match="bounces"):
+        process.render(replace(SMALL, settings=RenderSettings(overrides=(("bounces", "many"),))))
+    assert process.render(SMALL).status == "done"
+
+
+def test_an_exception_of_the_caller_leaves_no_stale_answer(process):
+    class Interrupt(Exception):
+        pass
+
+    def interrupt(_):
+        raise Interrupt
+
+    with pytest.raises(Interrupt):
+        process.render(ENDLESS, on_progress=interrupt)
+    assert process.render(SMALL).samples == 5
+
+
+def test_no_orphan_outlives_its_session(tmp_path):
+    """A session that is killed takes its render process with it."""
+    script = (
+        "import os, sys; from tests.render.test_process import *\n"
+        "process = RenderProcess()\n"
+        "process.render(ENDLESS, on_progress=lambda step: print(process.process_id, flush=True))\n"
+    )
+    root = Path(__file__).resolve().parents[2]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), *filter(None, sys.path)])}
+    session = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, env=environment, cwd=root)
+    child = int(session.stdout.readline())
+    session.kill()
+    session.wait()
+    session.stdout.close()
+    for _ in range(200):
+        if not _runs(child):
+            return
+        time.sleep(0.05)
+    raise AssertionError("the render process still runs 10 s after its session was killed")
+
+
+def _runs(process_id):
+    try:
+        state = Path(f"/proc/{process_id}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
+
+
+def test_an_interpreter_of_this_version_is_found(monkeypatch):
+    assert "python" in Path(find_python()).name
+    find_python.cache_clear()
+    monkeypatch.setattr(sys, "executable", "/usr/bin/env")  # as inside Blender: not a Python at all
+    assert "python" in Path(find_python()).name
+    find_python.cache_clear()

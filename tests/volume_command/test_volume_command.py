@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``spectral-scene volume`` from the shell's side: pictures, figures, frames and clear refusals."""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blender_addon.commands import main
+from blender_addon.commands._pictures import png_bytes
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "transfer"
+
+
+@pytest.fixture(scope="module")
+def blob(tmp_path_factory):
+    """A smooth blob of 24³ voxels, off centre."""
+    folder = tmp_path_factory.mktemp("blob")
+    x, y, z = np.meshgrid(*[np.linspace(-1, 1, 24)] * 3, indexing="ij")
+    values = np.exp(-4 * ((x - 0.2) ** 2 + (1.4 * y) ** 2 + z**2))
+    np.save(folder / "blob.npy", values.astype(np.float32))
+    np.save(folder / "t_0001.npy", values.astype(np.float32))
+    np.save(folder / "t_0003.npy", (values**2).astype(np.float32))
+    return folder
+
+
+def call(capsys, *arguments):
+    """Exit status and the JSON object of the last line."""
+    status = main(["volume", *map(str, arguments), "--json"])
+    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+needs_drjit = pytest.mark.usefixtures("drjit_there")
+
+
+@pytest.fixture
+def drjit_there():
+    pytest.importorskip("drjit")
+    from spectral_core.render.variant import find_llvm
+
+    if find_llvm() is None:
+        pytest.skip("no LLVM 15 or newer here")
+
+
+@needs_drjit
+def test_report_measures_what_was_promised(blob, capsys, tmp_path):
+    arguments = ("--transfer", EXAMPLES / "wide.toml", "--size", 160, 120, "--target-snr", 45, "--report")
+    status, figures = call(capsys, blob / "blob.npy", *arguments, "--out", tmp_path / "a.npy")
+    assert status == 0
+    assert (figures["shape"], figures["dtype"], figures["wanted_db"]) == ([24, 24, 24], "float32", 45)
+    assert abs(figures["report"]["chosen"]["snr_db"] - figures["estimate_db"]) < 3
+    assert figures["report"]["chosen"]["samples"] == figures["samples"] > 1000
+    assert figures["report"]["reference_db"] > 60
+    picture = np.load(tmp_path / "a.npy")
+    assert picture.shape == (120, 160, 3)
+    assert picture.max() > 0.2
+
+
+@needs_drjit
+def test_lights_share_one_march(blob, capsys, tmp_path):
+    arguments = ("--transfer", EXAMPLES / "painted.toml", "--size", 64, 64, "--quality", "draft")
+    lights = ("--light", "D65", "--light", "HP1", "--out", tmp_path / "b.npy")
+    status, figures = call(capsys, blob / "blob.npy", *arguments, *lights)
+    assert status == 0
+    assert [Path(p).name for p in figures["pictures"]] == ["b_D65.npy", "b_HP1.npy"]
+    day, street = (np.load(path) for path in figures["pictures"])
+    # Sodium light: the blue shell loses its blue against its red.
+    assert day[..., 2].sum() / day[..., 0].sum() > 4 * max(street[..., 2].sum() / street[..., 0].sum(), 0.01)
+
+
+@needs_drjit
+def test_a_pattern_renders_each_frame(blob, capsys, tmp_path):
+    arguments = ("--transfer", EXAMPLES / "solid.toml", "--size", 32, 32, "--quality", "draft", "--rule", "uniform")
+    status, figures = call(capsys, blob / "t_####.npy", *arguments, "--out", tmp_path / "t.png")
+    assert status == 0
+    assert [frame["frame"] for frame in figures["frames"]] == [1, 3]
+    assert [Path(frame["pictures"][0]).name for frame in figures["frames"]] == ["t_0001.png", "t_0003.png"]
+    assert all(frame["rule"] == "uniform" for frame in figures["frames"])
+    assert (tmp_path / "t_0003.png").read_bytes().startswith(b"\x89PNG")
+
+
+@needs_drjit
+def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
+    values = (np.load(blob / "blob.npy") * 255).astype(">u2")
+    (tmp_path / "a.bytes").write_bytes(values.tobytes(order="F"))
+    layout = ("--raw-shape", 24, 24, 24, "--raw-type", "uint16", "--raw-order", "big", "--spacing", 1, 1, 2)
+    rest = ("--transfer", EXAMPLES / "xray.toml", "--size", 32, 32, "--quality", "draft", "--fov", 0)
+    status, figures = call(capsys, tmp_path / "a.bytes", *layout, *rest, "--out", tmp_path / "a.npy")
+    assert status == 0
+    assert figures["dtype"] == "uint16"
+    assert np.load(tmp_path / "a.npy").max() > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["missing.nrrd", "--transfer", "x.toml"], "missing.nrrd cannot be opened"),
+        (["{blob}", "--transfer", "missing.toml"], "missing.toml cannot be opened"),
+        (["{blob}", "--transfer", "{wide}", "--out", "a.gif"], "cannot tell the picture format of 'a.gif'"),
+        (["{blob}", "--transfer", "{wide}", "--raw-type", "uint8"], "--raw-shape and --raw-type go together"),
+        (["{blob}", "--transfer", "{wide}", "--field", "x"], "holds one array without a name"),
+        (["none_####.vti", "--transfer", "{wide}"], "no file in . matches"),
+    ],
+)
+def test_refusals_are_one_clear_line(blob, capsys, arguments, message):
+    places = {"{blob}": str(blob / "blob.npy"), "{wide}": str(EXAMPLES / "wide.toml")}
+    status = main(["volume", *[places.get(word, word) for word in arguments], "--json"])
+    out, err = capsys.readouterr()
+    assert status == 1
+    assert message in err
+    assert message in json.loads(out.splitlines()[-1])["error"]
+
+
+def test_png_holds_its_pixels():
+    pixels = np.random.default_rng(3).integers(0, 256, (5, 7, 3)).astype(np.uint8)
+    data = png_bytes(pixels)
+    width, height = struct.unpack(">II", data[16:24])
+    start = data.index(b"IDAT")
+    length = struct.unpack(">I", data[start - 4 : start])[0]
+    rows = np.frombuffer(zlib.decompress(data[start + 4 : start + 4 + length]), np.uint8).reshape(height, 1 + 3 * width)
+    assert (width, height) == (7, 5)
+    assert np.array_equal(rows[:, 1:].reshape(5, 7, 3), pixels)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbered files as frames."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.volume.files import RawLayout, find_sequence, sequence_of
+
+
+@pytest.fixture
+def flow(tmp_path):
+    """flow_0008.npy to flow_0012.npy without 10, and files that are not frames."""
+    for number in (8, 9, 11, 12):
+        np.save(tmp_path / f"flow_{number:04d}.npy", np.full((2, 2, 2), number, np.int16))
+    for other in ("flow_0009.txt", "flow_0009b.npy", "flow_9.npy", "other_0009.npy"):
+        (tmp_path / other).write_bytes(b"")
+    return tmp_path
+
+
+@pytest.mark.parametrize("pattern", ["flow_####.npy", "flow_%04d.npy", "flow_{:04d}.npy"])
+def test_patterns_name_the_frames(flow, pattern):
+    sequence = find_sequence(flow / pattern)
+    assert sequence.numbers == (8, 9, 11, 12)
+    assert sequence.missing == (10,)
+    assert len(sequence) == 4
+    assert sequence.read(11).data.max() == 11
+    assert [int(volume.data[0, 0, 0]) for volume in sequence] == [8, 9, 11, 12]
+    with pytest.raises(InvalidInputError, match="has no frame 10; it has 4 from 8 to 12"):
+        sequence.read(10)
+
+
+def test_numbers_without_zeros_sort_as_numbers(tmp_path):
+    for number in (2, 10, 1):
+        (tmp_path / f"f{number}.raw").write_bytes(bytes([number] * 8))
+    layout = RawLayout((2, 2, 2), "uint8")
+    for pattern in ("f%d.raw", "f{}.raw", "f*.raw"):
+        sequence = find_sequence(tmp_path / pattern, raw=layout)
+        assert sequence.numbers == (1, 2, 10)
+        assert sequence.read(10).data.max() == 10
+
+
+def test_wide_numbers_follow_a_narrow_pattern(tmp_path):
+    for number in ("98", "99", "100"):
+        np.save(tmp_path / f"f{number}.npy", np.zeros((2, 2, 2)))
+    assert find_sequence(tmp_path / "f##.npy").numbers == (98, 99, 100)
+
+
+def test_a_frame_finds_its_sequence(flow):
+    assert sequence_of(flow / "flow_0009.npy").numbers == (8, 9, 11, 12)
+    assert sequence_of(flow / "flow_9.npy") is None  # other digits, another sequence
+
+
+def test_a_file_alone_is_no_sequence(tmp_path):
+    np.save(tmp_path / "head2.npy", np.zeros((2, 2, 2)))
+    np.save(tmp_path / "head.npy", np.zeros((2, 2, 2)))
+    assert sequence_of(tmp_path / "head2.npy") is None
+    assert sequence_of(tmp_path / "head.npy") is None
+
+
+def test_a_damaged_frame_is_named(flow):
+    (flow / "flow_0009.npy").write_bytes(b"\x93NUMPY")
+    with pytest.raises(FileFormatError, match=r"flow_0009.npy is not a NumPy file"):
+        list(find_sequence(flow / "flow_####.npy"))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        ("flow.npy", "has 0 places for a number"),
+        ("flow_##_##.npy", "has 2 places for a number"),
+        ("wind_####.npy", "no file in .* matches 'wind_####.npy'"),
+        ("missing/flow_####.npy", "no file in"),
+    ],
+)
+def test_patterns_that_name_nothing(flow, pattern, message):
+    with pytest.raises(InvalidInputError, match=message):
+        find_sequence(flow / pattern)
+
+
+def test_two_files_of_one_number(tmp_path):
+    for name in ("f1.npy", "f01.npy"):
+        np.save(tmp_path / name, np.zeros((2, 2, 2)))
+    with pytest.raises(InvalidInputError, match=r"frame 1 of f\*.npy is both f01.npy and f1.npy"):
+        find_sequence(tmp_path / "f*.npy")
