@@ -87,6 +87,49 @@ def test_not_live_waits_for_solve(blender, palette):
     assert np.abs(actual(palette) - before).max() > 1e-3
 
 
+def edited_row(cell, palette):
+    """An edit of each kind: a target, a weight, exactness, a light, a setting."""
+    cell.target = (0.9, 0.5, 0.1)
+    yield "target"
+    cell.weight = 5.0
+    yield "weight"
+    cell.exact = True
+    yield "exact"
+    cell.exact = False
+    palette.lights[1].spectral.catalogue_name = "HP2"
+    yield "light"
+    palette.smoothness = 0.05
+    yield "smoothness"
+    palette.grid_samples = 61
+    yield "grid"
+
+
+@pytest.mark.parametrize("preset", ["HIDDEN_MARK", "METAMER_PAIR"])
+def test_the_live_session_follows_every_kind_of_edit_to_the_full_solution(blender, preset):
+    """Where only materials are designed one convex solve is the whole answer, so both must agree."""
+    from blender_addon.properties.palette_solve import solve_live
+
+    blender.ops.spectral.palette_preset(preset=preset)
+    palette = blender.context.scene.spectral.palette
+    palette.live = False
+    for kind in edited_row(palette.materials[0].cells[1 if preset == "HIDDEN_MARK" else 0], palette):
+        quick = solve_live(blender.context.scene)
+        full = solve_palette(palette_problem(palette), explain=False)
+        np.testing.assert_allclose(
+            quick.actual_linear_rgb, full.actual_linear_rgb, atol=1e-5, err_msg=f"after a change of {kind}"
+        )
+        assert quick.status == full.status, kind
+
+
+def test_a_designed_light_is_finished_after_the_edit(blender):
+    """Headless an edit is followed at once, then finished: as good as a solve from the start."""
+    blender.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
+    palette = blender.context.scene.spectral.palette
+    palette.materials[2].cells[1].target = (0.9, 0.8, 0.7)
+    fresh = solve_palette(palette_problem(palette), explain=False)
+    assert palette.worst_delta_e <= max(0.05, 1.5 * fresh.max_delta_e_2000)
+
+
 SETTINGS = {
     "smoothness": 0.9,
     "brightness": 2.0,
@@ -274,6 +317,12 @@ def test_undo_takes_wish_and_result_back_together(blender, palette):
     undone = blender.context.scene.spectral.palette
     np.testing.assert_allclose(actual(undone), before, atol=1e-5)
     assert palette_problem(undone).cells[0][1].target[1] != pytest.approx(0.5, abs=1e-3)
+
+
+def test_what_is_only_shown_does_not_solve(palette):
+    palette.live = False
+    palette.show_curves = True
+    assert not palette.is_stale
 
 
 def test_swatches_show_actual_colors_and_cannot_be_edited(palette):

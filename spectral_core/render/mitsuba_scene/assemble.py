@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.scene import Diffuse, Instance, Material, Note, Scene
 
 _PLAIN = Material("", Diffuse())
@@ -40,7 +41,8 @@ class LoadedScene:
 
 def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False) -> LoadedScene:
     """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable."""
-    context = Context(mitsuba, spectral, {} if groups else None)
+    white = scene.settings.white
+    context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     shapes = _Shapes(context, scene, parts)
@@ -97,13 +99,16 @@ class _Shapes:
 
 
 def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh and the camera."""
+    """Center and radius around every placed mesh, every volume and the camera."""
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
         for part in parts[instance.mesh].values():
             low, high = part.positions.min(axis=0), part.positions.max(axis=0)
             corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+    for volume in scene.volumes:
+        corners = np.array(np.meshgrid(*((-0.5, n - 0.5) for n in volume.data.shape))).reshape(3, 8).T
+        points.append(corners @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3])
     everything = np.concatenate(points)
     low, high = everything.min(axis=0), everything.max(axis=0)
     return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
