@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.transport import Transport
+from spectral_core.render.spectral_exr import LAYOUT, openexr, spectral_channel
 from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
@@ -28,20 +29,18 @@ _COVERAGE = "coverage"
 
 def write_transport(path: Path, transport: Transport) -> None:
     """Write a transport file; lossless. Raises MissingDependencyError without OpenEXR."""
-    openexr = _openexr()
+    module = openexr()
     meaning = json.dumps({**_meaning(transport), "checksum": _checksum(transport)})
-    layout = (
-        {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1"} if transport.storage.kind == "bands" else {}
-    )
+    layout = LAYOUT if transport.storage.kind == "bands" else {}
     parts = []
     for number, (group, planes) in enumerate(zip(transport.groups, transport.channels, strict=True)):
         names = channel_names(transport.storage)
         pixels = {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(names, planes, strict=True)}
-        header = {"type": openexr.scanlineimage, "compression": openexr.ZIP_COMPRESSION, _ATTRIBUTE: meaning, **layout}
-        parts.append(openexr.Part(header, pixels, f"{number} {group or 'ungrouped'}"))
-    header = {"type": openexr.scanlineimage, "compression": openexr.ZIP_COMPRESSION}
-    parts.append(openexr.Part(header, {"A": np.ascontiguousarray(transport.coverage[::-1])}, _COVERAGE))
-    openexr.File(parts).write(str(path))
+        header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, _ATTRIBUTE: meaning, **layout}
+        parts.append(module.Part(header, pixels, f"{number} {group or 'ungrouped'}"))
+    header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION}
+    parts.append(module.Part(header, {"A": np.ascontiguousarray(transport.coverage[::-1])}, _COVERAGE))
+    module.File(parts).write(str(path))
 
 
 def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
@@ -50,9 +49,9 @@ def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     Raises FileFormatError for a file that is missing, cut, edited, of another kind or another scene; the message says
     which, and what to do.
     """
-    openexr = _openexr()
+    module = openexr()
     try:
-        parts = openexr.File(str(path), separate_channels=True).parts
+        parts = module.File(str(path), separate_channels=True).parts
     except Exception as error:  # OpenEXR raises RuntimeError and others of its own
         raise FileFormatError(f"{path} cannot be read as an EXR file ({error}); record the transport again") from error
     meaning = _read_meaning(path, parts)
@@ -72,10 +71,10 @@ def channel_names(storage: Storage) -> list[str]:
     """Names of the EXR channels of one group, in the order of the transport's channels."""
     if storage.grid is None:
         return ["R", "G", "B"]
-    labels = [f"{knot:.6f}".replace(".", ",") + "nm" for knot in storage.grid.wavelengths_nm]
+    labels = [spectral_channel(knot) for knot in storage.grid.wavelengths_nm]
     if storage.kind == "bands":
-        return [f"S0.{label}" for label in labels]
-    return [f"{axis}.{label}" for label in labels for axis in "XYZ"]
+        return labels
+    return [label.replace("S0", axis) for label in labels for axis in "XYZ"]
 
 
 def _meaning(transport: Transport) -> dict[str, Any]:
@@ -146,11 +145,3 @@ def _checksum(transport: Transport) -> str:
     digest.update(np.ascontiguousarray(transport.channels).tobytes())
     digest.update(np.ascontiguousarray(transport.coverage).tobytes())
     return digest.hexdigest()
-
-
-def _openexr() -> Any:
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise MissingDependencyError.package("OpenEXR", "a transport file", "render") from error
-    return OpenEXR
