@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from .drawing import icons, overlay
-from .operators import palette_files, render_plan
+from .operators import palette_files, palette_scene, render_plan
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
 from .operators import spectrum as spectrum_operators
@@ -14,6 +14,6 @@ from .panels import spectrum as spectrum_panels
 from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum
 
 PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solve)
-OPERATORS = (table_operators, solve_operators, spectrum_operators, palette_files, render_plan)
+OPERATORS = (table_operators, solve_operators, spectrum_operators, palette_files, palette_scene, render_plan)
 PANELS = (icons, spectrum_panels, palette_panels, render_panels, overlay)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

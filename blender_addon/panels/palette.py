@@ -48,6 +48,9 @@ def _draw_welcome(layout, context) -> None:
     column = layout.column(align=True)
     column.scale_y = 1.2
     column.operator_enum("spectral.palette_preset", "preset")
+    layout.label(text="Or from what is here:")
+    layout.operator("spectral.palette_from_scene", icon="SCENE_DATA")
+    layout.operator("spectral.palette_import", text="From a File", icon="IMPORT")
     layout.label(text="Or from nothing:")
     row = layout.row(align=True)
     row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
