@@ -25,7 +25,11 @@ PLATFORM_TAGS = {
     "windows-x64": ["win_amd64"],
     "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64", "macosx_14_0_arm64"],
 }
-BUNDLED = ["mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR", "pynrrd", "tifffile", "mido", "python-osc"]
+BUNDLED = [
+    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR"),
+    *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
+    *("importlib_resources", "typing_extensions", "packaging"),
+]
 """Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
 
 
@@ -39,7 +43,7 @@ def versions() -> dict[str, str]:
     """Version of each bundled package, as constraints.txt pins it: what was tested is what is shipped."""
     pins = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
     by_name = {name.lower().replace("_", "-"): version for name, version in pins.items()}
-    return {package: by_name[package.lower()] for package in BUNDLED}
+    return {package: by_name[package.lower().replace("_", "-")] for package in BUNDLED}
 
 
 def download(platform: str, pythons: list[str]) -> list[Path]:
@@ -86,14 +90,8 @@ def stage(wheels: list[Path], platform: str) -> None:
         (STAGE / "wheels" / wheel.name).hardlink_to(wheel)
     manifest = STAGE / "blender_manifest.toml"
     listed = "".join(f'  "./wheels/{name}",\n' for name in sorted(wheel.name for wheel in wheels))
-    head, tables = split_tables(manifest.read_text())
-    manifest.write_text(f'{head}platforms = ["{platform}"]\nwheels = [\n{listed}]\n\n{tables}')
-
-
-def split_tables(manifest: str) -> tuple[str, str]:
-    """What stands before the manifest's first table, and from it on."""
-    at = re.search(r"^\[", manifest, re.MULTILINE)
-    return (manifest, "") if at is None else (manifest[: at.start()], manifest[at.start() :])
+    filled = f'platforms = ["{platform}"]\nwheels = [\n{listed}]'
+    manifest.write_text(manifest.read_text().replace("wheels = []", filled, 1))
 
 
 def blender_tool() -> list[str]:
@@ -114,13 +112,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", action="append", choices=PYTHONS, help="only for this Python (may be repeated)")
     parser.add_argument("--platform", default="linux-x64", choices=PLATFORM_TAGS)
+    parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
     given = parser.parse_args()
     wheels = [core_wheel(), *download(given.platform, given.python or list(PYTHONS))]
     stage(wheels, given.platform)
     DIST.mkdir(exist_ok=True)
-    run(*blender_tool(), "build", tags_option(), "--source-dir", str(STAGE), "--output-dir", str(DIST))
     version = tomllib.loads((ROOT / "blender_addon" / "blender_manifest.toml").read_text())["version"]
-    package = DIST / f"spectral_scene-{version}.zip"
+    package = DIST / f"{given.name}-{version}.zip"
+    run(*blender_tool(), "build", tags_option(), "--source-dir", str(STAGE), "--output-filepath", str(package))
     run(*blender_tool(), "validate", tags_option(), str(package))
     print(f"extension: {package.relative_to(ROOT)} ({package.stat().st_size / 1e6:.0f} MB) passes Blender's validator")
 

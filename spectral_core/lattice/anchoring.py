@@ -101,8 +101,8 @@ def _anchored_general(region: Region) -> Anchored:
         )
     if radius <= THINNEST:
         raise InvalidInputError(
-            f"the region holds no ball larger than {max(radius, 0.0) * size:.3g} around {np.round(center * size + shift, 6)}, "
-            f"relative to its size {max(radius, 0.0):.3g}; expected above {THINNEST:g}. It is empty, flat or too thin: "
+            f"the region holds no ball larger than {max(radius, 0.0) * size:.3g}, "
+            f"{max(radius, 0.0):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
             "widen the bounds or leave out the direction that should not vary"
         )
     slacks = bounds - rows @ center
@@ -145,7 +145,7 @@ def _require_bounded(rows: Matrix) -> None:
         if answer.status == 0:
             return
     raise InvalidInputError(
-        f"the {len(rows)} half-spaces in {n} dimensions leave the region unbounded; add limits, for example with & box(...)"
+        f"the {len(rows)} half-spaces in {n} dimensions leave the region unbounded; add limits, as with & box(...)"
     )
 
 

@@ -72,9 +72,9 @@ def frozen_scales(dimensions: int, rate: int, criterion: str, *, improper: bool 
     rows = _table().get(f"{dimensions},{rate}")
     if rows is None:
         raise InvalidInputError(
-            f"no scales are frozen for dimension {dimensions} and rate {rate}; they are for 1 to {MAX_FROZEN_DIMENSIONS} "
-            "dimensions and rates 2 and 3. Take criterion='unit', or search: optimize_packing(class), "
-            "optimize_second_moment(class)"
+            f"no scales are frozen for dimension {dimensions} and rate {rate}; they are for 1 to "
+            f"{MAX_FROZEN_DIMENSIONS} dimensions and rates 2 and 3. Take criterion='unit', "
+            "or search with optimize_packing or optimize_second_moment"
         )
     row = rows.get(f"{criterion} improper") if improper else None
     row = row or rows[criterion]

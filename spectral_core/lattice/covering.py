@@ -43,7 +43,7 @@ def optimize_covering(
     found = []
     for start in range(starts if len(sizes) > 1 else 1):
         given = start == 0 and initial is not None
-        free = np.asarray(initial)[:-1] if given and initial is not None else rng.uniform(-2.0, 2.0, len(sizes) - 1)
+        free = np.asarray(initial)[:-1] if given and initial is not None else rng.uniform(-4.0, 4.0, len(sizes) - 1)
         if len(free):
             answer = minimize(
                 lambda x: _radius(lattice_class, _full(x, sizes), points),

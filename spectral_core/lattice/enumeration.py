@@ -14,12 +14,10 @@ Cuts are statements about the gauge, so they hold for every size of the region. 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import SolveError
+from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.anchoring import Anchored
 from spectral_core.lattice.reduction import lll
 
@@ -36,47 +34,45 @@ _ROUNDS = 12
 _SLACK = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
 class Window:
-    """The points ``offset + basis k`` (relative to the region's center) in a region grown by a gauge."""
+    """The points ``offset + basis k`` (relative to the region's center) in a region grown by a gauge.
 
-    region: Anchored
-    basis: Matrix
-    offset: Matrix
-    work: dict[str, int] = field(default_factory=lambda: {"nodes": 0, "programs": 0})
-    """Nodes and linear programs spent so far."""
-    _cuts: dict[int, Matrix] = field(default_factory=dict, repr=False)
+    It keeps what it learns (cuts) from one search to the next; ``nodes`` and ``programs`` count the work so far.
+    """
 
-    def __post_init__(self) -> None:
-        whitened = self.region.metric @ self.basis
-        change = lll(whitened)
-        frame, r = np.linalg.qr(whitened @ change)
-        rows = np.linalg.solve((frame.T @ self.region.metric).T, self.region.rows.T).T
-        derived = {
-            "_change": change,
-            "_r": r,
-            "_rows": rows,  # on z = frameᵀ W v: rows z <= gauge
-            "_start": frame.T @ (self.region.metric @ self.offset),
-            "_middle": frame.T @ (self.region.metric @ self.region.ellipsoid_center),
-            "_reach": np.sqrt(np.cumsum(np.c_[np.zeros(len(rows)), rows**2], axis=1)),
-        }
-        for name, value in derived.items():
-            object.__setattr__(self, name, value)
-        self._cuts[0] = rows
+    def __init__(self, region: Anchored, basis: Matrix, offset: Matrix) -> None:
+        whitened = region.metric @ basis
+        self._change = lll(whitened)
+        frame, self._r = np.linalg.qr(whitened @ self._change)
+        # On z = frameᵀ W v the region is rows z <= gauge, within the ball of radius gauge around gauge · middle.
+        self._rows = np.linalg.solve((frame.T @ region.metric).T, region.rows.T).T
+        self._start = frame.T @ (region.metric @ offset)
+        self._middle = frame.T @ (region.metric @ region.ellipsoid_center)
+        self._reach = np.sqrt(np.cumsum(np.c_[np.zeros(len(self._rows)), self._rows**2], axis=1))
+        self._cuts: dict[int, Matrix] = {0: self._rows}
+        self.nodes = 0
+        self.programs = 0
 
-    def points(self, gauge: float, expected: float) -> Integers:
+    def points(self, gauge: float, expected: float, most: int = MAX_NODES) -> Integers:
         """Coefficients k, (N, n), of all points with region gauge up to ``gauge`` (and few beyond, by rounding).
 
-        ``expected`` is about how many; far more partial choices than that call for cuts. SolveError above MAX_NODES.
+        ``expected`` is about how many; far more partial choices than that call for cuts. SolveError above MAX_NODES,
+        InvalidInputError above ``most`` points.
         """
         n = len(self._r)
         limit = gauge * (1.0 + _SLACK)
         done: list[Integers] = []
+        found_so_far = 0
         stack = [(n, np.zeros((1, 0), dtype=np.int64))]
         while stack:
             level, chosen = stack.pop()
             if level == 0:
                 done.append(chosen)
+                found_so_far += len(chosen)
+                if found_so_far > most:
+                    raise InvalidInputError(
+                        f"the region holds more than {most} points at this level; take a coarser one"
+                    )
                 continue
             if len(chosen) > _CHUNK:
                 stack += [(level, part) for part in np.array_split(chosen, len(chosen) // _CHUNK + 1)]
@@ -136,7 +132,7 @@ class Window:
         rng = np.random.default_rng(level)
         known = self._coordinates(chosen, level)
         for _ in range(_ROUNDS):
-            if self.work["programs"] + _SAMPLE > MAX_PROGRAMS or len(chosen) < 2000:
+            if self.programs + _SAMPLE > MAX_PROGRAMS or len(chosen) < 2000:
                 break
             sample = rng.choice(len(chosen), _SAMPLE, replace=False)
             cuts = [cut for cut in (self._cut_at(known[i], level, limit) for i in sample) if cut is not None]
@@ -152,7 +148,7 @@ class Window:
         """Least gauge of a completion of ``known``; its dual as a row on the known coordinates when above ``limit``."""
         from scipy.optimize import linprog
 
-        self.work["programs"] += 1
+        self.programs += 1
         rows = np.column_stack([self._rows[:, :level], -np.ones(len(self._rows))])
         fixed = self._rows[:, level:] @ known
         answer = linprog(np.r_[np.zeros(level), 1.0], A_ub=rows, b_ub=-fixed, bounds=(None, None), method="highs")
@@ -165,11 +161,11 @@ class Window:
         return row / (1.0 + rest * (1.0 + np.linalg.norm(self._middle)) + 1e-9)
 
     def _count_nodes(self, more: int) -> None:
-        self.work["nodes"] += more
-        if self.work["nodes"] > MAX_NODES:
+        self.nodes += more
+        if self.nodes > MAX_NODES:
             raise SolveError(
-                f"the search for points in the region passed {MAX_NODES} partial choices; the region is too slanted or the "
-                "dimension too high. Ask for fewer points, or split the region"
+                f"the search for points in the region passed {MAX_NODES} partial choices; the region is too slanted "
+                "or the dimension too high. Ask for fewer points, or split the region"
             )
 
 

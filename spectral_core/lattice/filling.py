@@ -55,7 +55,7 @@ def fill_exactly(
         frame = _frozen_frame(lattice, turn, shrink * unit, anchored.center + shrink * offset)
         # Gauges are exact to rounding; whether the border separates is decided on the final positions.
         inside = region.contains(frame.positions(coefficients[: count + 8]))
-        if inside[:count].all() and not inside[count:].any():
+        if outer - inner > 1e-12 * outer and inside[:count].all() and not inside[count:].any():
             return frame, coefficients[:count]
     raise SolveError(
         f"none of {MAX_DRAWS} placements tells {count} points in the region from the next one in double precision; the "
@@ -126,7 +126,7 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
 def _anchored(lattice: Lattice, region: Region) -> Anchored:
     if region.dimensions != lattice.dimensions:
         raise InvalidInputError(
-            f"the region has {region.dimensions} dimensions and the lattice {lattice.dimensions}; make a lattice for the region"
+            f"the region has {region.dimensions} dimensions, the lattice {lattice.dimensions}; make one for the region"
         )
     return anchor(region)
 

@@ -107,7 +107,7 @@ class Frame:
         nearest = np.rint(np.linalg.solve(basis, anchored.center - self.origin)).astype(np.int64)
         offset = (self.origin - anchored.center) + basis @ nearest
         window = Window(anchored, basis, offset)
-        coefficients = window.points(1.0 + 1e-7, expected) + nearest
+        coefficients = window.points(1.0 + 1e-7, expected, MAX_POINTS) + nearest
         positions = self.positions(coefficients, level)
         inside = region.contains(positions)
         return positions[inside], coefficients[inside]
@@ -152,8 +152,8 @@ class CosetDigits:
                 if inverse is not None:
                     return cls(row * inverse % rate, np.eye(n, dtype=np.int64)[axis], adjugate, determinant)
         raise InvalidInputError(
-            f"the quotient of the lattice by its dilation of rate {rate} is not cyclic, so its levels have no digit order; "
-            "use a rate without square factors"
+            f"the quotient of the lattice by its dilation of rate {rate} is not cyclic, so its levels have no digit "
+            "order; use a rate without square factors"
         )
 
     def digits(self, coefficients: Integers) -> Integers:

@@ -10,6 +10,7 @@ prefix never has less than ρ · rate^(-1/n) separation, ρ the packing radius o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,7 @@ from spectral_core.lattice.regions import Region
 
 Matrix = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 MAX_DIGITS = 200
 """Levels above the base that are told apart; with rate 2 that is 2^200 points."""
@@ -118,7 +120,8 @@ def progressive_fill(
 def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:
     """For each coarser level in turn, the coset that holds most of the points left (at least 1 / rate of them)."""
     digits = CosetDigits.of(lattice)
-    left, shifts = coefficients, []
+    left = coefficients
+    shifts: list[int] = []
     while len(left) > 1 and len(shifts) < MAX_DIGITS:
         cosets = digits.digits(left)
         fullest = int(np.bincount(cosets, minlength=lattice.rate).argmax())
@@ -164,7 +167,7 @@ def _packed(columns: list[Integers], rate: int) -> Integers:
     return word
 
 
-def _frozen(array: NDArray[np.generic]) -> NDArray[np.generic]:
+def _frozen(array: NDArray[Scalar]) -> NDArray[Scalar]:
     array = np.ascontiguousarray(array)
     array.setflags(write=False)
     return array

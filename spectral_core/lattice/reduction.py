@@ -55,7 +55,7 @@ def _lll_pass(basis: Matrix) -> Integers:
     n = basis.shape[1]
     mu = np.eye(n)
     r = np.linalg.qr(basis, mode="r")
-    norms = np.diag(r) ** 2
+    norms: Matrix = np.square(np.diag(r))
     mu = (r / np.diag(r)[:, None]).T.copy()
     change = np.eye(n, dtype=np.int64)
     k, swaps = 1, 0

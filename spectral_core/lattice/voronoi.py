@@ -36,8 +36,7 @@ def checked_basis(basis: ArrayLike) -> Matrix:
         raise InvalidInputError(
             f"basis has shape {given.shape}; expected n×n with the basis vectors as columns, n to 16"
         )
-    reduced: Matrix = given @ lll(given)
-    return reduced
+    return np.asarray(given @ lll(given))
 
 
 def relevant_vectors(basis: ArrayLike) -> Matrix:
@@ -147,7 +146,7 @@ def _distinct(points: Matrix) -> Matrix:
 
 
 def _hull_simplices(points: Matrix) -> NDArray[np.int64]:
-    """Simplices of the hull, (F, n). Nearly flat corners can defeat Qhull's merging; then points move by about 1e-11."""
+    """Simplices of the hull, (F, n); where nearly flat corners defeat Qhull's merging, points move by about 1e-11."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:

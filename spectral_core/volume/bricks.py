@@ -80,7 +80,7 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     part = data[start:stop]
     # One voxel more on either side, where there is one, for the second differences at the slab's faces.
     before, after = max(start - 1, 0), min(stop + 1, depth)
-    padded = data[before:after].astype(wide, copy=False)
+    padded: NDArray[Any] = data[before:after].astype(wide, copy=False)
     bends = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
     bend = _reduce(np.maximum(np.maximum(bends[0], bends[1]), bends[2]), edge, np.maximum)
     square = np.zeros(bend.shape, np.float32)

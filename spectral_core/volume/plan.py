@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
-from spectral_core.errors import UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.march import QUADRATURES, Quadrature
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
 from spectral_core.volume.rules import RULES, Rule
@@ -81,7 +81,9 @@ def plan(
     pilot = Pilot(renderer, view, transfer, quality)
     ways = _ways(rule, quadrature)
     if transfer.uses_gradient:  # has no table of running integrals
-        ways = [way for way in ways if way.quadrature == "midpoint"] or [ways[:1]]
+        ways = [way for way in ways if way.quadrature == "midpoint"]
+        if not ways:
+            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
     trials = tuple(pilot.solve(way, quality) for way in ways)
     best = _choose(trials, quality)
     return Plan(best.stepping, best.snr_db, trials, time.perf_counter() - start)

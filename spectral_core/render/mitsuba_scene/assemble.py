@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.scene import Diffuse, Instance, Material, Note, Scene
 
 _PLAIN = Material("", Diffuse())
@@ -22,11 +23,13 @@ _PLAIN = Material("", Diffuse())
 class LoadedScene:
     """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
 
-    ``switches``: per light group what turns it on and off, where that was asked for.
+    ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
+    where that was asked for.
     """
 
     scene: Any
     notes: tuple[Note, ...]
+    hidden: tuple[Any, ...]
     switches: dict[str, list[Callable[[bool], None]]]
 
     def light_only(self, group: str) -> None:
@@ -38,7 +41,8 @@ class LoadedScene:
 
 def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False) -> LoadedScene:
     """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable."""
-    context = Context(mitsuba, spectral, {} if groups else None)
+    white = scene.settings.white
+    context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     shapes = _Shapes(context, scene, parts)
@@ -46,13 +50,16 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
         for shape_number, shape in enumerate(shapes.of(instance)):
             description[f"shape_{number:06d}_{shape_number:03d}"] = shape
     sphere = _bounding_sphere(scene, parts)
+    hidden = []
     for number, item in enumerate(scene.lights):
         for object_number, entry in enumerate(light.light_objects(context, item, sphere)):
             description[f"light_{number:06d}_{object_number}"] = entry
+            if isinstance(entry, mitsuba.Shape) and not item.camera_visible:
+                hidden.append(entry)
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
-    return LoadedScene(context.load(description), tuple(context.notes), context.switches or {})
+    return LoadedScene(context.load(description), tuple(context.notes), tuple(hidden), context.switches or {})
 
 
 class _Shapes:
@@ -92,13 +99,16 @@ class _Shapes:
 
 
 def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh and the camera."""
+    """Center and radius around every placed mesh, every volume and the camera."""
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
         for part in parts[instance.mesh].values():
             low, high = part.positions.min(axis=0), part.positions.max(axis=0)
             corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+    for volume in scene.volumes:
+        corners = np.array(np.meshgrid(*((-0.5, n - 0.5) for n in volume.data.shape))).reshape(3, 8).T
+        points.append(corners @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3])
     everything = np.concatenate(points)
     low, high = everything.min(axis=0), everything.max(axis=0)
     return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The progressive lattice as a ``scipy.stats.qmc`` engine, for SciPy, SALib and whatever else draws from one.
+
+Kept apart from the rest of the room because it imports scipy.stats, which takes most of a second.
+"""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.lattice.progressive import ProgressivePoints, progressive_fill
+from spectral_core.lattice.regions import unit_cube
+
+_SEED_NAME = "rng" if "rng" in inspect.signature(qmc.QMCEngine.__init__).parameters else "seed"
+
+
+class LatticeEngine(qmc.QMCEngine):
+    """Points of a rotated lattice in the unit cube, in progressive order.
+
+    The first ``points`` samples are exactly the lattice points in the cube, coarse levels first; drawing on refines
+    the lattice, and no sample ever moves. ``rng`` (or ``seed``, as SciPy named it before 1.15) is an integer, a
+    Generator or None; ``reset`` returns to the same sequence. Unlike Sobol points these are made for separation, not
+    for integration (see docs/lattice.md).
+    """
+
+    def __init__(
+        self,
+        d: int,
+        *,
+        points: int = 1024,
+        rate: int = 2,
+        optimization: Any = None,
+        rng: Any = None,
+        seed: Any = None,
+    ) -> None:
+        if rng is not None and seed is not None:
+            raise InvalidInputError("both rng and seed are given; give one (seed is the older name)")
+        if points < 1:
+            raise InvalidInputError(f"points is {points}; expected at least 1")
+        self._region = unit_cube(d)
+        given = rng if seed is None else seed
+        if isinstance(given, np.random.RandomState):
+            given = int(given.randint(2**31 - 1))
+        super().__init__(d=d, optimization=optimization, **{_SEED_NAME: np.random.default_rng(given)})
+        self._planned = int(points)
+        self._rate = rate
+        self._progressive: ProgressivePoints | None = None
+
+    def _random(self, n: int = 1, *, workers: int = 1) -> NDArray[np.float64]:
+        if n < 0:
+            raise InvalidInputError(f"n is {n}; expected a number of samples of at least 0")
+        end = self.num_generated + n
+        current = self._progressive
+        if current is None:
+            drawn = int(self.rng.integers(2**62))
+            current = progressive_fill(self._region, self._planned, rate=self._rate, seed=drawn)
+        while len(current) < end:
+            current = current.refine()
+        self._progressive = current
+        return np.array(current.points[self.num_generated : end])
+
+    def reset(self) -> LatticeEngine:
+        """Back to the first sample of the same sequence."""
+        super().reset()
+        self._progressive = None
+        return self
+
+    def fast_forward(self, n: int) -> LatticeEngine:
+        """Skip ``n`` samples."""
+        if n < 0:
+            raise InvalidInputError(f"n is {n}; expected a number of samples of at least 0")
+        self._random(n)
+        self.num_generated += n
+        return self
