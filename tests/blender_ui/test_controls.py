@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every control that a panel shows exists in Blender, has a tooltip, and is driven by a test."""
+"""Every control that a panel shows exists in Blender, has a tooltip, and is driven by a test of this folder."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ import blender_addon
 from blender_addon import interface
 
 PANELS = Path(blender_addon.__file__).parent / "panels"
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parent
+FILES = [file for file in sorted(PANELS.glob("*.py")) if file.stem != "volume"]  # whose room has tests of its own
 CALLS = [
     node
-    for file in sorted(PANELS.glob("*.py"))
+    for file in FILES
     for node in ast.walk(ast.parse(file.read_text("utf-8")))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
 ]
@@ -44,7 +45,7 @@ def groups(blender):
 
 
 def text_of_tests() -> str:
-    return "\n".join(file.read_text("utf-8") for file in TESTS.rglob("test_*.py") if file.name != Path(__file__).name)
+    return "\n".join(file.read_text("utf-8") for file in TESTS.glob("test_*.py") if file.name != Path(__file__).name)
 
 
 def test_the_panels_were_read():
