@@ -267,6 +267,18 @@ def test_raw_of_another_length_is_refused(tmp_path):
         read_volume(tmp_path / "a.raw")
 
 
+def test_raw_data_are_held_once(tmp_path):
+    import tracemalloc
+
+    (tmp_path / "a_200x100x100_uint8.raw").write_bytes(bytes(2_000_000))
+    tracemalloc.start()
+    volume = read_volume(tmp_path / "a_200x100x100_uint8.raw")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert volume.data.flags.f_contiguous
+    assert peak < 2_300_000
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
