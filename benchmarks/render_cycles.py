@@ -28,7 +28,7 @@ def run(options: Options) -> dict[str, Any]:
 
     import blender_addon
 
-    if not hasattr(bpy.types, "SpectralRenderEngine"):
+    if not hasattr(bpy.types.Scene, "spectral"):
         blender_addon.register()
     wanted = options.extra or [*LIGHTS, *MATERIALS]
     figures: dict[str, Any] = {}

@@ -23,7 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--low", type=float, nargs="+", metavar="X", help="lower ends of the ranges (default 0)")
     parser.add_argument("--high", type=float, nargs="+", metavar="X", help="upper ends of the ranges (default 1)")
     shape = parser.add_mutually_exclusive_group()
-    shape.add_argument("--ball", type=float, metavar="P", help="the p-norm ball in the ranges instead of their box, P >= 1")
+    shape.add_argument(
+        "--ball", type=float, metavar="P", help="the p-norm ball in the ranges instead of their box, P >= 1"
+    )
     shape.add_argument("--simplex", action="store_true", help="x >= 0 with sum at most 1 instead of a box")
     parser.add_argument("--refine", type=int, default=0, metavar="K", help="add K finer levels; no point moves")
     parser.add_argument("--latin", action="store_true", help="move the points of a box to perfect 1D projections")
@@ -48,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     points = progressive.points
     if arguments.latin:
         points = _latinized(region, points, low, high)
-    report = _report(chosen, points, low, high)
+    report = _report(chosen, points, region)
     if arguments.out is not None:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
         np.savetxt(arguments.out, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
@@ -75,7 +77,9 @@ def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     for name, given, default in (("low", arguments.low, 0.0), ("high", arguments.high, 1.0)):
         values = np.array([default] if given is None else given)
         if len(values) not in (1, arguments.dims):
-            raise InvalidInputError(f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})")
+            raise InvalidInputError(
+                f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})"
+            )
         ends.append(np.broadcast_to(values, (max(arguments.dims, 0),)).copy())
     return ends[0], ends[1]
 
@@ -95,12 +99,14 @@ def _latinized(region: Any, points: np.ndarray, low: np.ndarray, high: np.ndarra
     from spectral_core.lattice import latinized
 
     if region.box_limits is None:
-        raise InvalidInputError("--latin moves values to equal ranks, which only a box keeps; leave out --ball and --simplex")
+        raise InvalidInputError(
+            "--latin moves values to equal ranks, which only a box keeps; leave out --ball and --simplex"
+        )
     return latinized(points, low, high)
 
 
-def _report(chosen: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> dict[str, Any]:
-    """Figures of the lattice and, for two points or more, of the points in the unit cube of their ranges."""
+def _report(chosen: Any, points: np.ndarray, region: Any) -> dict[str, Any]:
+    """Figures of the lattice and, for two points or more in a box, of the points in the unit cube of their ranges."""
     from spectral_core import lattice
 
     merit = lattice.figures_of_merit(chosen.generator, samples=8192)
@@ -115,7 +121,8 @@ def _report(chosen: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) 
         "density": merit.density,
         "faces": merit.face_counts,
     }
-    if len(points) >= 2:
+    if len(points) >= 2 and region.box_limits is not None:
+        low, high = region.box_limits
         report["evenness"] = asdict(lattice.evenness((points - low) / (high - low)))
     return report
 

@@ -90,9 +90,7 @@ def _values_at(knots: np.ndarray, left: np.ndarray, x: np.ndarray, y: np.ndarray
 def store_transfer(volume, stated: TransferDocument) -> None:
     """Replace the materials of a Volume. Raises InvalidInputError where they are not in fractions and voxels."""
     if (stated.values, stated.length) != ("fraction", "voxel"):
-        raise InvalidInputError(
-            "a volume keeps fractions of its range, per voxel; fit the function to it first"
-        )
+        raise InvalidInputError("a volume keeps fractions of its range, per voxel; fit the function to it first")
     transfer = stated.transfer
     colors = np.clip(display_matrix(transfer), 0.0, 1.0) @ np.linalg.inv(_rgb_from_working()).T
     clear(volume)

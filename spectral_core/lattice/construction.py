@@ -104,7 +104,7 @@ def build_lattice(
     given = np.zeros(len(sizes)) if log_scales is None else log_scales
     logs = frozen_array("log_scales", given, (len(sizes),))
     logs = logs - (sizes @ logs) / sizes.sum()
-    if np.abs(logs).max() > MAX_LOG_SCALE:
+    if np.abs(logs).max() > MAX_LOG_SCALE * (1.0 + 1e-12):
         raise InvalidInputError(
             f"log_scales reach {np.abs(logs).max():.3g} in size; expected at most {MAX_LOG_SCALE:g}. Scales repeat "
             "with the units of the number ring, so an equal lattice exists within the limit: search nearer to 0"

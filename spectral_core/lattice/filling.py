@@ -55,7 +55,7 @@ def fill_exactly(
         frame = _frozen_frame(lattice, turn, shrink * unit, anchored.center + shrink * offset)
         # Gauges are exact to rounding; whether the border separates is decided on the final positions.
         inside = region.contains(frame.positions(coefficients[: count + 8]))
-        if inside[:count].all() and not inside[count:].any():
+        if outer - inner > 1e-12 * outer and inside[:count].all() and not inside[count:].any():
             return frame, coefficients[:count]
     raise SolveError(
         f"none of {MAX_DRAWS} placements tells {count} points in the region from the next one in double precision; the "

@@ -60,7 +60,9 @@ def _nested(plt: Any, rate: int) -> Any:
     for axis, lattice in zip(axes, lattices, strict=True):
         _nested_cells(axis, lattice)
         angle = np.degrees(lattice.polynomial.angles[0])
-        axis.set_title(f"{lattice.lattice_class}\nturn {angle:.1f}°, ρ = {packing(lattice.generator)[0]:.3f}", fontsize=9)
+        axis.set_title(
+            f"{lattice.lattice_class}\nturn {angle:.1f}°, ρ = {packing(lattice.generator)[0]:.3f}", fontsize=9
+        )
     figure.suptitle(f"All lattices of the plane that rotate into themselves at rate {rate}", fontsize=11)
     return figure
 
@@ -107,7 +109,7 @@ def _cell(plt: Any, rate: int) -> Any:
     for number, polygon in enumerate(_facet_polygons(cell)):
         color = ACCENTS[(number // 2) % len(ACCENTS)]  # ± pairs follow each other
         axis.add_collection3d(Poly3DCollection([polygon], facecolors=color, edgecolors=INK, linewidths=1.0, alpha=0.9))
-    reach = 0.62
+    reach = 0.5
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach), box_aspect=(1, 1, 1))
     axis.set_axis_off()
     axis.view_init(18, 35)
@@ -130,7 +132,10 @@ def _radii(plt: Any, rate: int) -> Any:
     axis.plot(*zip(*known, strict=True), color=INK, marker="s", markersize=4, label="densest known")
     for number, one in enumerate((2, 3)):
         best = [packing(make_lattice(int(n), one, criterion="packing").generator)[0] for n in dimensions]
-        plain = [max(packing(each.generator)[0] for each in all_lattices(int(n), one)) for n in dimensions]
+        plain = [
+            max(packing(each.generator)[0] for each in all_lattices(int(n), one) if each.lattice_class.index == 0)
+            for n in dimensions
+        ]
         axis.plot(dimensions, best, color=ACCENTS[number], marker="o", label=f"rate {one}, optimised scales")
         axis.plot(dimensions, plain, color=ACCENTS[number], marker=".", linestyle="--", label=f"rate {one}, S = I")
     axis.set(xlabel="dimensions n", ylabel="packing radius at unit density")
@@ -148,7 +153,7 @@ def _levels(plt: Any, rate: int) -> Any:
     figure, axes = plt.subplots(1, len(steps), figsize=(3.2 * len(steps), 3.6), constrained_layout=True)
     before = 0
     for axis, step in zip(axes, steps, strict=True):
-        size = 900 / len(step)
+        size = 2600 / len(step)
         axis.scatter(*step.points[:before].T, s=size, color=INK, linewidths=0)
         axis.scatter(*step.points[before:].T, s=size, color=ACCENTS[1 if before else 0], linewidths=0)
         axis.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", xticks=[], yticks=[])

@@ -35,7 +35,10 @@ class Answer:
 
 
 RawAnswer = tuple[Array, Array | None, bool]
-"""x, multipliers of the equalities or None, whether the engine claims infeasibility."""
+"""x, multipliers of the equalities or None, whether the engine claims infeasibility.
+
+``start`` of an engine: free colors (G, 3) of an earlier answer to a like problem.
+"""
 
 
 def solve_daqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
@@ -93,7 +96,10 @@ def solve_tied(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
 
     quadratics = tied_from_links(problem)
     everything = np.arange(len(problem.blocks))
-    values, colors = TiedSolver(*quadratics.linear.shape).solve(quadratics, everything, everything)
+    solver = TiedSolver(*quadratics.linear.shape)
+    if start is not None and start.size == quadratics.color_linear.size:
+        solver.begin_at(np.clip(start.ravel(), *quadratics.color_bounds))
+    values, colors = solver.solve(quadratics, everything, everything)
     return np.concatenate([colors, values.ravel()]), None, False
 
 

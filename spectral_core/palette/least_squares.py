@@ -21,7 +21,7 @@ from scipy import sparse
 
 Array = NDArray[np.float64]
 
-RIDGE = 1e-12
+RIDGE = 1e-13
 """Added to the diagonal of MᵀM, relative to its mean, by engines that need a unique minimum."""
 
 
@@ -242,7 +242,7 @@ class Check:
     gap: float = 0.0
     """Bound on how much the sum of squares could still fall, by its slope towards the bounds."""
 
-    SHARP = 1e-14
+    SHARP = 1e-13
     """Gap at which colors are right to about 1e-7 even where a light shows some of them only faintly."""
     LIMIT = 1e-7
     """Largest scaled KKT residual and equality error of an answer that is believed; ten times stricter than claimed."""

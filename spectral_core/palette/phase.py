@@ -19,6 +19,7 @@ from spectral_core.palette.least_squares import Block, Link, LinkedLeastSquares,
 from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.state import PaletteState
 from spectral_core.palette.wishes import Condition, Group, Target, Wishes
+from spectral_core.palette.worst_case import RowKey, Shares
 
 Array = NDArray[np.float64]
 Side = Literal["reflectances", "lights"]
@@ -46,6 +47,9 @@ class PhaseBuilder:
     def __init__(self, problem: PaletteProblem, wishes: Wishes) -> None:
         self.problem = problem
         self.wishes = wishes
+        self.shares = Shares()
+        self.last_colors: dict[Side, Array] = {}
+        """Free colors of the last answer of a side: where the next solve starts."""
         self._roughness = wishes.smoothness * second_differences(problem.grid, problem.smoothness_operator)
 
     def free_items(self, side: Side) -> tuple[int, ...]:
@@ -111,9 +115,26 @@ class PhaseBuilder:
         if target.exact and not soft:
             rows[view.items[block]].equal(matrix, target.color - offset)
             return
-        weight = target.weight / COLOR_NORM * (self.problem.robust_weight if condition else 1.0)
+        weight = target.weight / COLOR_NORM * self._robust_factor(condition, target.cell)
         weighing = weight * (np.eye(3) if metric is None else metric[target.cell])
         rows[view.items[block]].add(weighing @ matrix, weighing @ (target.color - offset), pull_of(weight, matrix))
+
+    def _robust_factor(self, condition: int, cell: CellIndex) -> float:
+        return self.problem.robust_weight * self.shares.factor((condition, cell)) if condition else 1.0
+
+    def robust_rows(self, phase: Phase, colors: Array, state: PaletteState) -> dict[RowKey, float]:
+        """Weighted error of every robust row of a phase that was just solved; ``colors``: its free colors (G, 3)."""
+        errors: dict[RowKey, float] = {}
+        shown = [state.colors(condition) for condition in self.wishes.conditions]
+        for (number, condition), common in zip(phase.group_conditions, colors, strict=True):
+            group = self.wishes.groups[number]
+            for cell, weight in zip(group.members, group.weights, strict=True):
+                if condition:
+                    errors[condition, cell] = weight * float(np.linalg.norm(shown[condition][cell] - common))
+        for condition in range(1, len(self.wishes.conditions)):
+            for target in self.wishes.blacks:
+                errors[condition, target.cell] = target.weight * float(np.linalg.norm(shown[condition][target.cell]))
+        return errors
 
     def _links(
         self, view: _View, metric: Array | None, *, soft: bool
@@ -127,7 +148,7 @@ class PhaseBuilder:
                     continue
                 for cell, weight, exact in zip(group.members, group.weights, group.exact, strict=True):
                     block, matrix, offset = view.color_row(cell, condition)
-                    factor = weight / COLOR_NORM * (self.problem.robust_weight if condition else 1.0)
+                    factor = weight / COLOR_NORM * self._robust_factor(condition, cell)
                     jacobian = np.eye(3) if metric is None else metric[cell]
                     hold = exact and not soft and condition == 0
                     links.append(Link(block, len(boxes), matrix, offset, factor, hold, jacobian))

@@ -45,7 +45,7 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         target_linear_rgb=wanted,
         actual_linear_rgb=actual,
         delta_e_2000=error,
-        residuals=criterion_residuals(builder, state, wanted, actual),
+        residuals=criterion_residuals(builder, state, wanted, actual) | _worst_case_left(trace),
         kkt_residual=kkt,
         bound_violation=bounds,
         status=status,
@@ -60,6 +60,10 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         ),
         state=state,
     )
+
+
+def _worst_case_left(trace: SolveTrace) -> dict[str, float]:
+    return {} if trace.worst_case_left is None else {"worst_case_left": trace.worst_case_left}
 
 
 def wanted_colors(wishes: Wishes, actual: Array) -> Array:

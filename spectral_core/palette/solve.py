@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.distinct_cells import wants_distinct
-from spectral_core.palette.phase import PhaseBuilder, Side
+from spectral_core.palette.phase import Phase, PhaseBuilder, Side
 from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.state import PaletteState, initial_state
 from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.palette.worst_case import RowKey, worst_case_shares
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,8 @@ class SolveTrace:
     engines: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
     rounds: int = 0
+    worst_case_left: float | None = None
+    """By how much the largest robust error may still exceed the least possible, relative; None where not asked."""
     timings: dict[str, float] = field(default_factory=dict)
 
     def add(self, side: Side, answer: PhaseAnswer, seconds: float) -> None:
@@ -126,18 +129,33 @@ def half_round(
 ) -> tuple[PaletteState, float, float]:
     """One phase: the new state, its sum of squares, and the root mean square of its color rows."""
     started = perf_counter()
+    solved = [_solved(builder, side, state, perceptual=perceptual)]
+    if builder.problem.robustness == "worst_case" and len(builder.wishes.conditions) > 1:
+
+        def again() -> dict[RowKey, float]:
+            solved[0] = _solved(builder, side, state, perceptual=perceptual)
+            phase, answer, found = solved[0]
+            return builder.robust_rows(phase, answer.colors, found)
+
+        left = worst_case_shares(again, builder.shares)
+        trace.worst_case_left = left if left is not None else trace.worst_case_left
+    phase, answer, state = solved[0]
+    squares = 2 * phase.problem.objective(np.concatenate([answer.colors.ravel(), *answer.blocks]))
+    trace.add(side, answer, perf_counter() - started)
+    return state, squares, builder.color_rms(state)
+
+
+def _solved(
+    builder: PhaseBuilder, side: Side, state: PaletteState, *, perceptual: bool
+) -> tuple[Phase, PhaseAnswer, PaletteState]:
+    """The phase, its answer and the state with it; exact cells as rows where they cannot all hold."""
     phase = builder.build(side, state, perceptual=perceptual)
-    answer = solve_phase(phase.problem)
-    if not answer.check.passed and phase.problem.equalities[0].shape[0]:
+    answer = solve_phase(phase.problem, start=builder.last_colors.get(side))
+    builder.last_colors[side] = answer.colors
+    if not answer.check.passed and phase.problem.has_equalities:
         phase = builder.build(side, state, perceptual=perceptual, soft=True)
         elastic = solve_phase(phase.problem)
-        answer = PhaseAnswer(
-            elastic.blocks, elastic.colors, elastic.check, elastic.engines, True, (*answer.notes, *elastic.notes)
-        )
+        answer = replace(elastic, infeasible=True, notes=(*answer.notes, *elastic.notes))
     values = dict(zip(phase.items, answer.blocks, strict=True))
-    state = state.with_reflectances(values) if side == "reflectances" else state.with_lights(values)
-    x = np.concatenate([answer.colors.ravel(), *answer.blocks])
-    matrix, target = phase.problem.rows
-    residual = matrix @ x - target
-    trace.add(side, answer, perf_counter() - started)
-    return state, float(residual @ residual), builder.color_rms(state)
+    found = state.with_reflectances(values) if side == "reflectances" else state.with_lights(values)
+    return phase, answer, found

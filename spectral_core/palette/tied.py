@@ -89,6 +89,11 @@ class TiedSolver:
         self._sensitivities = np.zeros((count, size, 0))
         self._free = np.zeros((count, size), dtype=bool)
 
+    def begin_at(self, colors: Array) -> None:
+        """Start the next solve from these free colors (q,); every spectrum must then be listed as changed."""
+        self.colors = colors
+        self._sensitivities = np.zeros((*self.values.shape, colors.size))
+
     def solve(self, problem: TiedProblem, changed: NDArray[np.intp], reshaped: NDArray[np.intp]) -> tuple[Array, Array]:
         """Spectra (K, n) and colors (q,) at the minimum.
 

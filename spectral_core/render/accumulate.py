@@ -82,24 +82,30 @@ class Accumulator:
         self._starts = [mi.Float((row[:-1] / density).astype(np.float32)) for row in plan.responses[:3]]
         self._ends = [mi.Float((row[1:] / density).astype(np.float32)) for row in plan.responses[:3]]
         if self.band_count:
-            self._band_tables(plan.responses[3:], density)
+            self._band_tables(plan.responses[3:], plan.middles, density)
 
-    def _band_tables(self, responses: NDArray[np.float64], density: NDArray[np.float64]) -> None:
-        """Per cell the few bands that respond there, with their weights at both ends."""
+    def _band_tables(
+        self, responses: NDArray[np.float64], middles: NDArray[np.float64] | None, density: NDArray[np.float64]
+    ) -> None:
+        """Per cell the few bands that respond there, their weights at both ends, and how far they bulge in between."""
         mi = self._mi
         touched = (responses[:, :-1] != 0) | (responses[:, 1:] != 0)
         self._band_slots = max(1, int(touched.sum(axis=0).max()))
         cells = touched.shape[1]
         index = np.zeros((self._band_slots, cells), np.uint32)
-        start, end = np.zeros((2, self._band_slots, cells), np.float32)
+        start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
+        straight = (responses[:, :-1] + responses[:, 1:]) / 2
+        bulges = np.zeros_like(straight) if middles is None else 4 * (middles - straight)
         for cell in range(cells):
             for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
                 index[slot, cell] = band
                 start[slot, cell] = responses[band, cell] / density[cell]
                 end[slot, cell] = responses[band, cell + 1] / density[cell]
+                bulge[slot, cell] = bulges[band, cell] / density[cell]
         self._band_index = [mi.UInt32(row) for row in index]
         self._band_start = [mi.Float(row) for row in start]
         self._band_end = [mi.Float(row) for row in end]
+        self._band_bulge = [mi.Float(row) for row in bulge] if np.any(bulge) else None
 
     def _new_tile(self, first: int, count: int) -> _Tile:
         mi, dr = self._mi, self._dr
@@ -235,6 +241,8 @@ class Accumulator:
                     dr.gather(mi.Float, self._band_end[slot], cell),
                     within,
                 )
+                if self._band_bulge is not None:
+                    weight += dr.gather(mi.Float, self._band_bulge[slot], cell) * within * (1.0 - within)
                 target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
                 dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
 

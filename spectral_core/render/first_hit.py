@@ -87,7 +87,6 @@ class FirstHit:
 
     def _table(self) -> Any:
         """Flag per registry number of a shape."""
-        import drjit as dr
 
         mi = self.mitsuba
         numbers = [int(self._number(mi.ShapePtr(shape))[0]) for shape in self.hidden]

@@ -14,7 +14,7 @@ from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.accumulate import Accumulator
 from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.mitsuba_scene import load_scene
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
 from spectral_core.render.plan import EffectPlan
 from spectral_core.render.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
@@ -53,7 +53,12 @@ class RenderJob:
         wavelengths = None
         if plan.is_spectral:
             lights = measure.sampling_lights or light_spectra(self.scene)
-            wavelengths = plan_wavelengths(lights, measure.bands, disperses=plan.is_on("dispersion"))
+            wavelengths = plan_wavelengths(
+                lights,
+                measure.bands,
+                disperses=plan.is_on("dispersion"),
+                follow_bands=measure.sampling_lights is None,
+            )
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
             self._integrators = self._load_integrators(groups=measure.groups)
@@ -141,4 +146,6 @@ def light_spectra(scene: Scene) -> list[Spectrum]:
     paints: list[Any] = [light.color for light in scene.lights]
     if not scene.world.is_black:
         paints.append(scene.world.color)
-    return [emitted_spectrum(paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3))) for paint in paints]
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    plain = [paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3)) for paint in paints]
+    return [emitted_spectrum(paint, white) for paint in plain]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
 from spectral_core.volume.field import ScalarVolume
@@ -221,6 +222,7 @@ def array_types(backend: str) -> Any:
     """The Dr.Jit array module of ``llvm`` or ``cuda``."""
     if backend not in ("llvm", "cuda"):
         raise InvalidInputError(f"backend {backend!r}; expected 'llvm' or 'cuda'")
+    use_newest_llvm()
     try:
         import drjit as dr
         import drjit.cuda

@@ -129,7 +129,8 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
         relative, longest = np.ones(pair.shape), np.inf
     elif rule == "thesis":
         frequency = essential_frequency(ranges.table)
-        relative, longest = _inverse(2.0 * frequency * statistics.slope), 2.0
+        # A step in the middle of a window of two voxels either way, as long as the window.
+        relative, longest = _inverse(2.0 * frequency * statistics.slope), 4.0
     else:
         rough = ranges.kink.ravel()[pair] * statistics.slope + ranges.slope.ravel()[pair] * statistics.bend
         if edge < 4:  # a step may reach over a small brick, so it must know its neighbours

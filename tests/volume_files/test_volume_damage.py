@@ -12,7 +12,7 @@ import nrrd
 import numpy as np
 import pytest
 import tifffile
-from volume_fixtures import DATA, fixture_values
+from tests.volume_files.volume_fixtures import DATA, fixture_values
 
 from spectral_core.errors import SpectralError
 from spectral_core.volume.field import ScalarVolume

@@ -11,7 +11,7 @@ import nrrd
 import numpy as np
 import pytest
 import tifffile
-from volume_fixtures import DATA, DIRECTIONS, EXTENT_START, ORIGIN, SHAPE, SPACING, fixture_values
+from tests.volume_files.volume_fixtures import DATA, DIRECTIONS, EXTENT_START, ORIGIN, SHAPE, SPACING, fixture_values
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.scene import Diffuse, Instance, Material, Note, Scene
 
 _PLAIN = Material("", Diffuse())
@@ -40,7 +41,8 @@ class LoadedScene:
 
 def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False) -> LoadedScene:
     """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable."""
-    context = Context(mitsuba, spectral, {} if groups else None)
+    white = scene.settings.white
+    context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     shapes = _Shapes(context, scene, parts)

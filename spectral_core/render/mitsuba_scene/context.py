@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from spectral_core.scene import Note
+from spectral_core.spectrum import Spectrum
 
 
 @dataclass
@@ -16,13 +17,14 @@ class Context:
 
     ``mitsuba``: the module with its variant set. ``spectral``: spectral or RGB transport. ``switches``: per light
     group what turns its emitters on and off, None where groups are not told apart. ``notes``: what is rendered as
-    something near to it, said once each.
+    something near to it, said once each. ``white``: what emitted colors tint, with Y = 1; None for D65.
     """
 
     mitsuba: Any
     spectral: bool
     switches: dict[str, list[Callable[[bool], None]]] | None = None
     notes: list[Note] = field(default_factory=list)
+    white: Spectrum | None = None
 
     def note(self, subject: str, message: str) -> None:
         """Remember a note, once."""

@@ -188,6 +188,24 @@ def world_emitter(context: Context, world: World) -> Any | None:
     return world_emitter(context, first)
 
 
+def _rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The same image with its first and last row at the poles, as Mitsuba reads it.
+
+    An image's rows are centers of equal bands. Twice as many rows and one hold a linear interpolation between them
+    exactly; an image of 1024 rows or more is fine enough to keep its size.
+    """
+    height, width = rows.shape[:2]
+    nodes = 2 * height + 1 if height < 1024 else height
+    place = np.clip(np.linspace(0, height, nodes) - 0.5, 0, height - 1)
+    low = np.minimum(place.astype(int), max(height - 2, 0))
+    high = np.minimum(low + 1, height - 1)
+    share = (place - low)[:, None, None].astype(np.float32)
+    resampled = rows[low] * (1 - share) + rows[high] * share
+    if width < 2:
+        resampled = np.repeat(resampled, 2, axis=1)
+    return np.ascontiguousarray(resampled, dtype=np.float32)
+
+
 def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
     mi = context.mitsuba
     pixels = np.maximum(paint.color_pixels(image), 0.0)
@@ -195,9 +213,7 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
         return None
     if pixels.shape[2] == 1:
         pixels = np.repeat(pixels, 3, axis=2)
-    rows_from_top = np.ascontiguousarray(pixels[::-1], dtype=np.float32)
-    if min(rows_from_top.shape[:2]) < 2:  # Mitsuba needs two pixels along each axis to interpolate
-        rows_from_top = np.repeat(np.repeat(rows_from_top, 2, axis=0), 2, axis=1)
+    rows_from_top = _rows_from_pole_to_pole(pixels[::-1])
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit

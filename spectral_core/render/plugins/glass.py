@@ -92,14 +92,14 @@ def register(mi: Any, dr: Any) -> None:
             stretch = dr.square(eta) * dr.abs(out) / dr.maximum(dr.square(into + eta * out), 1e-12)
             through = dr.select(crossing, facets.distribution.pdf(wi, half) * stretch, 0.0)
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))
-            white = mi.Float(1.0)
-            kept = dr.select(
-                si.wi.z > 0.0,
-                self.kept_outside(roughness, wi.z, white),
-                self.kept_inside(roughness, wi.z, white),
-            )
-            value = self.reflection_color.eval(si, active) * (reflected * mirror * kept)
-            value += self.transmission_color.eval(si, active) * (passed * through * masked * kept)
+
+            def kept(color: Any) -> Any:
+                outside, inside = (keep(roughness, wi.z, color) for keep in (self.kept_outside, self.kept_inside))
+                return dr.select(si.wi.z > 0.0, outside, inside)
+
+            mirror_color, tint = self.reflection_color.eval(si, active), self.transmission_color.eval(si, active)
+            value = mirror_color * kept(mirror_color) * (reflected * mirror)
+            value += tint * kept(tint) * (passed * through * masked)
             density = reflected * mirror_density + passed * through
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 

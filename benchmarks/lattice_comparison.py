@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lattices against Sobol, Halton, Latin hypercubes, Poisson disk, rank-1, R-sequence, grids: evenness and time.
+
+Prints the tables of docs/lattice.md. Means over seeds; see ``spectral_core.lattice.measures`` for the measures.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks import Options
+from benchmarks._lattice_designs import DESIGNS, PROGRESSIVE, Points
+from spectral_core.lattice import evenness, prefix_separations
+
+MEASURES = ("separation", "fill_distance", "mean_square", "discrepancy", "gap_1d", "fill_2d")
+CASES = ((2, 256), (3, 256), (3, 1024), (6, 256), (6, 1024), (10, 256), (10, 1024))
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Both tables: every design at fixed sizes, and the worst prefix of those that can stop anywhere."""
+    cases = ((2, 64), (6, 64)) if options.quick else CASES
+    seeds = 1 if options.quick else 2
+    figures = {f"{n},{m}": _table(n, m, seeds) for n, m in cases}
+    sizes = ((3, 256),) if options.quick else ((3, 1024), (6, 1024), (6, 4096), (10, 1024))
+    figures["prefixes"] = {f"{n},{m}": _prefixes(n, m) for n, m in sizes}
+    return figures
+
+
+def _table(n: int, m: int, seeds: int) -> dict[str, dict[str, float]]:
+    print(f"\n### n = {n}, m = {m}\n")
+    print("| design | separation | fill distance | mean square | discrepancy | 1D gap | 2D fill | seconds |")
+    print("|---|---|---|---|---|---|---|---|")
+    rows: dict[str, dict[str, float]] = {}
+    for name, design in DESIGNS.items():
+        row = _averaged(design, n, m, seeds)
+        if row is None:
+            continue
+        rows[name] = row
+        values = [row["separation"], row["fill_distance"], row["mean_square"], row["discrepancy"]]
+        print(
+            f"| {name} | " + " | ".join(f"{value:.4f}" if value < 0.2 else f"{value:.3f}" for value in values)
+            + f" | {row['gap_1d']:.1f} | {row['fill_2d']:.2f} | {row['seconds']:.3f} |",
+            flush=True,
+        )  # fmt: skip
+    return rows
+
+
+def _averaged(design: Callable[[int, int, int], Points], n: int, m: int, seeds: int) -> dict[str, float] | None:
+    rows = []
+    for seed in range(seeds):
+        start = time.process_time()
+        points = design(n, m, seed)
+        seconds = time.process_time() - start
+        if points is None:
+            return None
+        measured = evenness(points, samples=16384, seed=99)
+        rows.append({name: getattr(measured, name) for name in MEASURES} | {"seconds": seconds, "points": len(points)})
+    return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
+
+
+def _prefixes(n: int, m: int) -> dict[str, dict[str, float]]:
+    """Least separation over all prefixes of 2 to m points, and over those of 16 to m."""
+    print(f"\n### Every prefix, n = {n}, m = {m}\n\n| design | least separation | from 16 points on |\n|---|---|---|")
+    rows = {}
+    for name in PROGRESSIVE:
+        points = DESIGNS[name](n, m, 0)
+        separations = prefix_separations(points)
+        rows[name] = {"least": float(separations.min()), "from_16": float(separations[14:].min())}
+        print(f"| {name} | {rows[name]['least']:.3f} | {rows[name]['from_16']:.3f} |", flush=True)
+    return rows
