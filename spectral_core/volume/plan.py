@@ -113,7 +113,8 @@ def _choose(trials: tuple[Trial, ...], quality_db: float) -> Trial:
         return min(trials, key=lambda t: _at(quality_db, t, t.cost))
 
     def share(trial: Trial, what: str) -> float:
-        return _at(quality_db, trial, getattr(trial, what)) / _at(quality_db, base, getattr(base, what))
+        ours, uniform = (_at(quality_db, t, getattr(t, what)) for t in (trial, base))
+        return ours / uniform if uniform > 0 else 1.0  # no ray meets anything
 
     better = [
         t for t in trials[1:] if max(share(t, "samples"), share(t, "cost")) <= _GAIN and _reaches(t, base, quality_db)
