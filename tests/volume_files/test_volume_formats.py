@@ -11,11 +11,11 @@ import nrrd
 import numpy as np
 import pytest
 import tifffile
-from tests.volume_files.volume_fixtures import DATA, DIRECTIONS, EXTENT_START, ORIGIN, SHAPE, SPACING, fixture_values
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import RawLayout, detect_format, known_formats, read_volume, write_volume
+from tests.volume_files.volume_fixtures import DATA, DIRECTIONS, EXTENT_START, ORIGIN, SHAPE, SPACING, fixture_values
 
 SHEARED = np.array([[0.5, 0.1, 0.0, 10.0], [0.0, -1.25, 0.2, -20.0], [0.3, 0.0, 2.0, 3.5], [0.0, 0.0, 0.0, 1.0]])
 
