@@ -18,6 +18,12 @@ def _extension():
 
 
 @pytest.fixture
+def registered(_extension):
+    """bpy with the extension, whatever file is open: for tests that look at classes only."""
+    return bpy
+
+
+@pytest.fixture
 def blender(_extension):
     """bpy with the extension, an empty file and undo."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
