@@ -46,7 +46,7 @@ FIRST_RADIUS, LAST_RADIUS, LARGEST_RADIUS = 20.0, 0.05, 60.0
 """Of the trust region δ, in CIELAB."""
 SETTLED = 1e-3
 """ΔE2000 by which a step must improve for another to follow."""
-RIDGE = 1e-6
+RIDGE = 1e-4
 """On every unknown, in ΔE2000: free colors have no other curvature."""
 START_PULL = 100.0
 """ΔE2000 per unit of linear RGB with which a start is drawn along its directions."""
@@ -163,13 +163,13 @@ class _Search:
         for _ in range(iterations):
             answer = self._solve(self._linearized(x, radius, rng))
             gain, promised = self._merit(answer.x) - merit, answer.t - self._cost(answer.x) - merit
-            if answer.check.passed and gain > 1e-3 * max(promised, 0.0):
+            if answer.feasible and gain > 1e-3 * max(promised, 0.0):
                 x, merit, check = answer.x, merit + gain, answer.check
                 radius = min(2 * radius, LARGEST_RADIUS) if gain > 0.7 * promised else radius
                 if gain < SETTLED:
                     break
             else:
-                check = answer.check if not check.passed else check
+                check = answer.check if not np.isfinite(check.kkt) else check
                 radius /= 3
                 if radius < LAST_RADIUS:
                     break

@@ -77,7 +77,7 @@ def test_a_step_by_piqp_is_the_step_by_cvxpy() -> None:
     x = search.start(rng).x
     step = search._linearized(x, 20.0, rng)
     fast, general = solve_step(step, "piqp"), solve_step(step, "cvxpy")
-    assert fast.check.passed and general.check.passed
+    assert fast.check.passed and general.feasible
     assert fast.t == pytest.approx(general.t, abs=1e-4)
     values = [0.5 * a.x @ (step.hessian[:-1, :-1] @ a.x) + step.linear[:-1] @ a.x - a.t for a in (fast, general)]
     assert values[0] == pytest.approx(values[1], abs=1e-5)

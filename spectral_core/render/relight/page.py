@@ -46,7 +46,7 @@ def write_page(
     live = LiveMix(transport)
     for group, light in (lights or {}).items():
         live.set_light(group, light)
-    layers = np.stack([live.picture(np.eye(count)[k])[..., :3] for k in range(count)])
+    layers = np.stack([live.picture(np.eye(count)[k])[..., :3].copy() for k in range(count)])
     overflown = int((layers > np.finfo(np.float16).max).sum())
     if overflown:
         raise InvalidInputError(f"{overflown} values are over 65504, more than the page can hold; lower the exposure")
