@@ -70,9 +70,7 @@ def collect(translation: Translation) -> Collected:
 def _collect_one(found: Collected, thing: Any, instance: Any) -> None:
     translation = found.translation
     if thing.type == "LIGHT":
-        name = found.unique("light", thing.name_full)
-        placed = (instance.matrix_world.copy(), thing.lightgroup)
-        light = translate_light(translation, name, thing.data, placed)
+        light = translate_light(translation, found.unique("light", thing.name_full), thing, instance.matrix_world)
         if light is not None:
             found.lights.append(light)
     elif thing.type == "MESH":

@@ -16,9 +16,10 @@ from blender_addon import interface
 
 PANELS = Path(blender_addon.__file__).parent / "panels"
 TESTS = Path(__file__).parent
+FILES = [file for file in sorted(PANELS.glob("*.py")) if file.stem != "volume"]  # whose room has tests of its own
 CALLS = [
     node
-    for file in sorted(PANELS.glob("*.py"))
+    for file in FILES
     for node in ast.walk(ast.parse(file.read_text("utf-8")))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
 ]
