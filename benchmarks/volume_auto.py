@@ -43,7 +43,7 @@ def compare(renderer: VolumeRenderer, view: View, function: str, targets: tuple[
         base = chosen.trials[0].stepping
         row: dict[str, Any] = {"volume": renderer.volume.name, "function": function, "db": target}
         row |= {"rule": chosen.stepping.rule, "quadrature": chosen.stepping.quadrature}
-        if chosen.stepping == base:
+        if chosen.stepping.rule == "uniform":
             row |= {"samples": 1.0, "time": 1.0}
         else:
             ours, uniform = curve.at(chosen.stepping, target), curve.at(base, target)
