@@ -40,8 +40,8 @@ def run(options: Options) -> dict[str, Any]:
         wall, processor = least(lambda t=transfer, v=view, m=made: renderer.render(v, t, m.stepping))
         edit, edit_processor = least(lambda f=function, v=view, m=made: edited(renderer, f, v, m.stepping))
         figures |= {f"{function}_60_db_ms": wall, f"{function}_processor_ms": processor, f"{function}_edit_ms": edit}
-        print(f"{volume.name} {function:7} {made.stepping.rule}/{made.stepping.quadrature} estimate {made.estimate_db:.1f} dB: "
-              f"{wall:.1f} ms ({processor:.1f} ms of processor), edit to picture {edit:.1f} ms ({edit_processor:.1f})")  # fmt: skip  # noqa: E501
+        how = f"{volume.name} {function:7} {made.stepping.rule}/{made.stepping.quadrature} {made.estimate_db:.1f} dB"
+        print(f"{how}: {wall:.1f} ms ({processor:.1f} of processor), edit {edit:.1f} ms ({edit_processor:.1f})")
     return figures | (large() if "large" in options.extra else {})
 
 
