@@ -36,9 +36,9 @@ format: setup
 extension: setup
 	$(PYTHON) scripts/build_extension.py
 
-# Needs a launcher that runs a real Blender: BLENDER_LAUNCHER="path/to/launcher VERSION"
+# BLENDER is any command that runs Blender when its arguments follow, such as BLENDER=/opt/blender/blender
 real-blender: extension
-	$(PYTHON) -m pytest -m real_blender tests/real_blender
+	BLENDER="$(BLENDER)" $(PYTHON) -m pytest -m real_blender tests/real_blender
 
 clean:
 	rm -rf build dist out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -71,7 +71,7 @@ def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator
 
 
 def reference(renderer: VolumeRenderer, view: View, transfer: TransferFunction, target_db: float = 70.0) -> np.ndarray:
-    """Linear colours to about ``target_db`` and 15 dB more: fine steps, pre-integrated where the function has a table."""
+    """Linear colours to ``target_db`` and 15 dB more: fine steps, pre-integrated where the function has a table."""
     way = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated")
     pilot = Pilot(renderer, view, transfer, target_db)
     scale = pilot.reference_scale
@@ -95,19 +95,26 @@ class Curve:
         assert image.samples is not None and image.steps is not None
         return snr_db(self.exact, colors_of(image, self.transfer) - self.exact), image.samples, image.steps
 
-    def at(self, stepping: Stepping, target_db: float, spread: float = 0.35, points: int = 7) -> dict[str, float]:
-        """Samples, steps and scale at ``target_db``: a line through log values at scales around ``stepping``'s.
+    def at(self, stepping: Stepping, target_db: float, points: int = 5) -> dict[str, float]:
+        """Samples, steps and scale at which ``target_db`` is first reached, from scales around ``stepping``'s.
 
-        A line, since the SNR of uniform stepping wiggles by 1 or 2 dB as steps fall in and out of tune with voxels.
+        The SNR of uniform stepping wiggles as steps fall in and out of tune with the voxels; each way is given the
+        best it has reached with so many samples, so that a lucky step counts for it.
         """
-        factors = np.exp(np.linspace(-spread, spread, points))
-        scales = stepping.scale * factors
-        rows = np.array([self.point(Stepping(stepping.rule, stepping.quadrature, float(s))) for s in scales])
-        fits = [np.polyfit(rows[:, 0], np.log(column), 1) for column in (rows[:, 1], rows[:, 2], scales)]
-        samples, steps, scale = (float(np.exp(np.polyval(fit, target_db))) for fit in fits)
-        return {
-            "samples": samples,
-            "steps": steps,
-            "scale": scale,
-            "covered": float(rows[:, 0].min() <= target_db <= rows[:, 0].max()),
-        }
+        rows: dict[float, tuple[float, int, int]] = {}
+        middle = stepping.scale
+        for _ in range(4):
+            for scale in middle * np.exp(np.linspace(0.4, -0.4, points)):
+                if not any(abs(np.log(scale / seen)) < 0.05 for seen in rows):
+                    rows[float(scale)] = self.point(Stepping(stepping.rule, stepping.quadrature, float(scale)))
+            reached = [snr for snr, _, _ in rows.values()]
+            if min(reached) < target_db <= max(reached):
+                break
+            middle = (min(rows) * 0.67) if max(reached) < target_db else (max(rows) * 1.5)
+        table = np.array([(np.log(scale), *row) for scale, row in sorted(rows.items(), reverse=True)])
+        best = np.maximum.accumulate(table[:, 1]) + 1e-9 * np.arange(len(table))
+        scale, samples, steps = (
+            float(np.exp(np.interp(target_db, best, column)))
+            for column in (table[:, 0], np.log(table[:, 2]), np.log(table[:, 3]))
+        )
+        return {"samples": samples, "steps": steps, "scale": scale, "reached": float(best[-1])}

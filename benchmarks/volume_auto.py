@@ -76,7 +76,5 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
         narrow = np.array([row[what] for row in rows if row["function"] == "narrow"])
         figures |= {f"{what}_median": float(np.median(values)), f"{what}_worst": float(values.max())}
         figures[f"{what}_median_narrow"] = float(np.median(narrow))
-        print(
-            f"{what}: median {np.median(values):.2f}, worst {values.max():.2f}, narrow functions {np.median(narrow):.2f}"
-        )
+        print(f"{what}: median {np.median(values):.2f}, worst {values.max():.2f}, narrow {np.median(narrow):.2f}")
     return figures | {"rows": rows}

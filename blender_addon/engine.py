@@ -58,7 +58,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         wanted = jobs.current_request()
         if wanted.translated is not None:
             scene = wanted.translated(scene)
-        if self.test_break():
+        if self._should_stop():
             raise RenderCancelled("stopped before the first sample")
         self.update_stats("", "Starting the renderer")
         layer = depsgraph.view_layer_eval.name
@@ -69,9 +69,13 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self.update_progress(progress.samples / progress.total)
             self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}")
 
-        result = jobs.render(scene, on_progress=show, should_stop=self.test_break, **wanted.options)
+        result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **wanted.options)
         self._write(result.pixels, layer, working_from_rgb, transparent=scene.film.transparent)
         return result
+
+    def _should_stop(self) -> bool:
+        """Whether the user has asked to stop."""
+        return bool(self.test_break())
 
     def _write(
         self,

@@ -4,16 +4,21 @@
 from __future__ import annotations
 
 from .drawing import icons, overlay
-from .operators import palette_files, render_plan
+from .operators import palette_files, palette_scene, render_plan, volume_files
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
 from .operators import spectrum as spectrum_operators
+from .operators import volume as volume_operators
 from .panels import palette as palette_panels
 from .panels import render as render_panels
 from .panels import spectrum as spectrum_panels
-from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum
+from .panels import volume as volume_panels
+from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum, volume
 
-PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solve)
-OPERATORS = (table_operators, solve_operators, spectrum_operators, palette_files, render_plan)
-PANELS = (icons, spectrum_panels, palette_panels, render_panels, overlay)
+PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solve, volume)
+OPERATORS = (
+    table_operators, solve_operators, spectrum_operators, palette_files, palette_scene, render_plan,
+    volume_operators, volume_files,
+)  # fmt: skip
+PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, overlay)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

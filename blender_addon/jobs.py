@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders under way and what became of them: a record that outlives the render.
+"""Renders under way and what became of them: the renderer's process, and a record that outlives the render.
 
 Blender does not tell a script whether a render failed (in an animation it even goes on), so every render leaves a
 ``RenderRecord``; batches read these instead of an operator's answer.
@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from spectral_core.render import Progress, RenderResult, render_scene
+from spectral_core.render import Progress, RenderProcess, RenderResult
 from spectral_core.scene import Note, Scene
 
 
@@ -82,37 +82,70 @@ def failures() -> list[RenderRecord]:
     return [entry for entry in records if entry.status == "failed"]
 
 
+process = RenderProcess()
+"""Where everything is rendered: started by the first render, again after it died or was ended."""
+
+
 def render(
     scene: Scene, *, on_progress: Callable[[Progress], None], should_stop: Callable[[], bool], **options: Any
 ) -> RenderResult:
-    """Render a scene. Raises RenderError where the renderer failed."""
-    return render_scene(scene, on_progress=on_progress, should_stop=should_stop, **options)
+    """Render a scene in the renderer's own process.
 
-
-def _exit_status() -> None:
-    """At the end of ``blender -b … -f`` or ``-a``: Blender itself would answer 0 after a failed render."""
-    failed = failures()
-    if not failed:
-        return
-    print(f"spectral: {len(failed)} of {len(records)} renders failed; the last: {failed[-1].message}", file=sys.stderr)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(1)
+    Raises RenderError where that process died or its renderer failed; the next render starts a new one.
+    """
+    return process.render(scene, on_progress=on_progress, should_stop=should_stop, **options)
 
 
 RENDER_ARGUMENTS = {"-f", "--render-frame", "-a", "--render-anim"}
+_engine_asked = ""
+
+
+def _command_line() -> list[str]:
+    """Arguments that Blender itself reads."""
+    return sys.argv[: sys.argv.index("--")] if "--" in sys.argv else sys.argv
+
+
+def _file_was_loaded(*_: Any) -> None:
+    """Keep which engine a file is rendered with: at the end of the session its data is gone."""
+    import bpy
+
+    global _engine_asked
+    _engine_asked = bpy.context.scene.render.engine
+
+
+def _exit_status() -> None:
+    """At the end of ``blender -b … -f`` or ``-a``: Blender itself answers 0 after a failed render."""
+    given = _command_line()
+    engine = next((given[i + 1] for i, word in enumerate(given[:-1]) if word in ("-E", "--engine")), _engine_asked)
+    if engine != "SPECTRAL":
+        return
+    failed = failures()
+    if records and not failed:
+        return
+    if failed:
+        print(f"spectral: {len(failed)} of {len(records)} renders failed: {failed[-1].message}", file=sys.stderr)
+    else:
+        print("spectral: nothing was rendered; Blender's messages above say why", file=sys.stderr)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(1)
 
 
 def register() -> None:
     """Answer a command-line render's failure with an exit status; elsewhere nothing is done at exit but tidying."""
     import bpy
 
-    asked = RENDER_ARGUMENTS.intersection(sys.argv if "--" not in sys.argv else sys.argv[: sys.argv.index("--")])
-    if bpy.app.background and not getattr(bpy.app, "module", False) and asked:
-        atexit.register(_exit_status)
+    if bpy.app.background and not getattr(bpy.app, "module", False) and RENDER_ARGUMENTS.intersection(_command_line()):
+        bpy.app.handlers.persistent(_file_was_loaded)
+        bpy.app.handlers.load_post.append(_file_was_loaded)
+        atexit.unregister(_exit_status)
+        atexit.register(_exit_status)  # outlives unregister(), which Blender calls on its way out
 
 
 def unregister() -> None:
-    """Forget what was rendered."""
-    atexit.unregister(_exit_status)
-    records.clear()
+    """End the renderer's process; the records stay, for what is asked at exit."""
+    import bpy
+
+    if _file_was_loaded in bpy.app.handlers.load_post:
+        bpy.app.handlers.load_post.remove(_file_was_loaded)
+    process.close()

@@ -25,8 +25,11 @@ PLATFORM_TAGS = {
     "windows-x64": ["win_amd64"],
     "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64", "macosx_14_0_arm64"],
 }
-BUNDLED = ["mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR", "pynrrd", "nibabel", "tifffile", "mido", "python-osc",
-           "importlib_resources", "typing_extensions", "packaging"]  # fmt: skip
+BUNDLED = [
+    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR"),
+    *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
+    *("importlib_resources", "typing_extensions", "packaging"),
+]
 """Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
 
 
@@ -109,13 +112,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", action="append", choices=PYTHONS, help="only for this Python (may be repeated)")
     parser.add_argument("--platform", default="linux-x64", choices=PLATFORM_TAGS)
+    parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
     given = parser.parse_args()
     wheels = [core_wheel(), *download(given.platform, given.python or list(PYTHONS))]
     stage(wheels, given.platform)
     DIST.mkdir(exist_ok=True)
-    run(*blender_tool(), "build", tags_option(), "--source-dir", str(STAGE), "--output-dir", str(DIST))
     version = tomllib.loads((ROOT / "blender_addon" / "blender_manifest.toml").read_text())["version"]
-    package = DIST / f"spectral_scene-{version}.zip"
+    package = DIST / f"{given.name}-{version}.zip"
+    run(*blender_tool(), "build", tags_option(), "--source-dir", str(STAGE), "--output-filepath", str(package))
     run(*blender_tool(), "validate", tags_option(), str(package))
     print(f"extension: {package.relative_to(ROOT)} ({package.stat().st_size / 1e6:.0f} MB) passes Blender's validator")
 

@@ -80,7 +80,7 @@ def _bpy() -> Any:
         import bpy
     except ImportError as error:
         raise MissingDependencyError.package("bpy", "reading .blend files outside Blender", "blender") from error
-    if not hasattr(bpy.types, "SpectralRenderEngine"):
+    if not hasattr(bpy.types.Scene, "spectral"):
         import blender_addon
 
         blender_addon.register()

@@ -92,12 +92,24 @@ def _renderer() -> list[Finding]:
     from spectral_core.render import variant
 
     backend = variant.describe_backend()
-    llvm = backend.llvm_path or "no LLVM 15 or newer found"
-    remedy = "Debian, Ubuntu: apt install libllvm19; or set DRJIT_LIBLLVM_PATH to your libLLVM.so"
-    return [
-        Finding("LLVM", backend.llvm_path is not None, llvm, "fast rendering", remedy),
-        Finding("renderer", backend.works, backend.summary, "rendering", backend.remedy),
-    ]
+    library = backend["llvm_library"]
+    version = f" (version {backend['llvm_version']})" if library else ""
+    findings = [
+        Finding("LLVM", library is not None, f"{library or 'none that can be used'}{version}", "fast rendering",
+                variant.LLVM_INSTALL_HINT),
+    ]  # fmt: skip
+    trial = (
+        "from spectral_core.render import render_scene; from spectral_core.scene import *\n"
+        "import numpy as np\n"
+        "camera, film = Camera(world_from_camera=np.eye(4)), Film(2, 2, samples=1)\n"
+        "render_scene(Scene(camera=camera, film=film, world=World(gray(1.0))))"
+    )
+    done = subprocess.run([sys.executable, "-c", trial], capture_output=True, text=True)
+    found = ", ".join(backend.get("variant", {}).values())
+    if done.returncode:
+        found = f"{found}: a trial render failed, {(done.stderr.strip() or 'without a word').splitlines()[-1]}"
+    findings.append(Finding("renderer", done.returncode == 0, found, "rendering", "see the line above"))
+    return findings
 
 
 def _blender_loads() -> list[Finding]:

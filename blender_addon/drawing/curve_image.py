@@ -59,7 +59,8 @@ def curve_picture(
     """A spectrum as a square plot of ``size`` pixels; values are linear between wavelengths and zero outside."""
     x = np.linspace(*SPAN_NM, size)
     low, high = value_range(values, kind)
-    known = np.interp(x, wavelengths_nm, values, left=0.0, right=0.0)
+    fine = np.linspace(*SPAN_NM, 8 * size)  # a column shows the most of what it covers: no line falls between two
+    known = np.interp(fine, wavelengths_nm, values, left=0.0, right=0.0).reshape(size, 8).max(axis=1)
     height = (MARGIN + (1 - 2 * MARGIN) * (known - low) / (high - low)) * size
     zero = (MARGIN + (1 - 2 * MARGIN) * (0.0 - low) / (high - low)) * size
     y = np.arange(size)[:, None] + 0.5

@@ -74,8 +74,9 @@ class SPECTRAL_OT_plan_override(bpy.types.Operator):
 
 
 def _set_override(settings, effect: str, value: str | None) -> None:
+    settings.id_data.update_tag()
     if effect == "transport":
-        settings.transport = "AUTO" if value is None else value.upper()
+        settings.transport = _transport(value)
         return
     found = settings.overrides.find(effect)
     if found >= 0:
@@ -83,6 +84,12 @@ def _set_override(settings, effect: str, value: str | None) -> None:
     if value is not None:
         entry = settings.overrides.add()
         entry.name, entry.value = effect, value
+
+
+def _transport(value: str | None) -> str:
+    if value not in (None, "rgb", "spectral"):
+        raise InvalidInputError(f"effect 'transport' cannot be {value!r}; choose rgb or spectral")
+    return "AUTO" if value is None else value.upper()
 
 
 class SPECTRAL_OT_plan_release(bpy.types.Operator):

@@ -9,7 +9,7 @@ from ..drawing.icons import curve_icon, swatch_icon
 from ..properties.spectrum import kind_in
 from .swatches import NO_SWATCH, swatches_of
 
-CHARACTER_PIXELS = 7.0
+CHARACTER_PIXELS = 6.4
 """Mean width of a letter of Blender's interface font, at scale 1."""
 
 

@@ -64,13 +64,13 @@ def _draw_decision(box, context, line) -> None:
     if line.is_artists:
         value.label(text=line.value)
         value.operator("spectral.plan_release", text="", icon="X").effect = line.name
-    elif line.is_overridable and line.choices:
+    elif line.is_overridable and "|" in line.choices:
         for choice in line.choices.split("|"):
             override = value.operator("spectral.plan_override", text=choice, depress=choice == line.value)
             override.effect, override.value = line.name, choice
     else:
         value.label(text=line.value)
-        if line.is_overridable:
+        if line.is_overridable and not line.choices:
             override = value.operator("spectral.plan_override", text="", icon="GREASEPENCIL")
             override.effect, override.value = line.name, line.value
     reason = box.column()

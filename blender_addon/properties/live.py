@@ -11,9 +11,14 @@ from contextlib import contextmanager
 import bpy
 
 DELAY_SECONDS = 0.02
+"""From an edit to its solution; edits in the meantime are solved together."""
+REST_SECONDS = 0.3
+"""Without a further edit the solution is finished: all rounds, and what stands in the way of what."""
+RENDER_SECONDS = 0.5
 
 _paused = 0
-_waiting: set[str] = set()
+_edited: set[str] = set()
+_unfinished: set[str] = set()
 
 
 @contextmanager
@@ -38,34 +43,57 @@ def edited(properties, _context=None) -> None:
         request(scene)
 
 
+def catch_up(palette, _context=None) -> None:
+    """Update callback of "Live": switched on, it solves what changed in the meantime."""
+    if palette.live and palette.is_stale and not _paused:
+        request(palette.id_data)
+
+
 def request(scene) -> None:
     """Solve the palette of ``scene``: now where there is no window, else after the delay."""
     if bpy.app.background:
-        _solve(scene)
+        _follow(scene)
+        _finish(scene)
         return
-    _waiting.add(scene.name)
-    if not bpy.app.timers.is_registered(_tick):
+    if not _edited:  # what waits already is not put off further: a drag shows its way
+        if bpy.app.timers.is_registered(_tick):
+            bpy.app.timers.unregister(_tick)
         bpy.app.timers.register(_tick, first_interval=DELAY_SECONDS)
+    _edited.add(scene.name)
 
 
-def _tick() -> None:
-    names = set(_waiting)
-    _waiting.clear()
+def _tick() -> float | None:
+    """Timer: first what was edited, then, after a rest, what is not finished."""
     if bpy.app.is_job_running("RENDER"):
-        _waiting.update(names)  # a render reads these spectra; solve when it is done
-        return DELAY_SECONDS * 25
-    for name in names:
-        scene = bpy.data.scenes.get(name)
-        if scene is not None:
-            _solve(scene)
+        return RENDER_SECONDS  # a render reads these spectra
+    if _edited:
+        for scene in _taken(_edited):
+            _follow(scene)
+            _unfinished.add(scene.name)
+        return REST_SECONDS
+    for scene in _taken(_unfinished):
+        _finish(scene)
     return None
 
 
-def _solve(scene) -> None:
-    from .palette_solve import solve_scene
+def _taken(names: set[str]) -> list:
+    scenes = [bpy.data.scenes.get(name) for name in names]
+    names.clear()
+    return [scene for scene in scenes if scene is not None]
 
-    solve_scene(scene, live=True)
+
+def _follow(scene) -> None:
+    from .palette_solve import solve_live
+
+    solve_live(scene)
     redraw()
+
+
+def _finish(scene) -> None:
+    from .palette_solve import finish_live
+
+    if finish_live(scene) is not None:
+        redraw()
 
 
 def redraw() -> None:
@@ -96,6 +124,7 @@ def unregister() -> None:
     """Forget what waits."""
     for name in HANDLERS:
         getattr(bpy.app.handlers, name).remove(_after_undo)
-    _waiting.clear()
+    _edited.clear()
+    _unfinished.clear()
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)

@@ -15,7 +15,7 @@ from bpy.props import (
 
 from spectral_core.color import WHITE_XYZ
 
-from .live import edited
+from .live import catch_up, edited
 from .palette_cell import SpectralPaletteCell
 from .spectrum import SpectralSpectrum
 
@@ -44,7 +44,9 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
 
     SPECTRUM_KIND = "illuminant"
     uid: IntProperty()
-    design: EnumProperty(name="Spectrum", items=DESIGN, default="MEASURED", update=edited)
+    design: EnumProperty(
+        name="Spectrum", items=DESIGN, default="MEASURED", update=edited, description="Given, or to be found"
+    )
     spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum, or where a design starts from")
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
     intensity: FloatProperty(
@@ -77,7 +79,9 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
 
     SPECTRUM_KIND = "reflectance"
     uid: IntProperty()
-    design: EnumProperty(name="Spectrum", items=DESIGN, default="DESIGNED", update=edited)
+    design: EnumProperty(
+        name="Spectrum", items=DESIGN, default="DESIGNED", update=edited, description="Given, or to be found"
+    )
     spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum")
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
     material: PointerProperty(
@@ -106,7 +110,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     active_column: IntProperty(name="Light", min=0, description="Column of the selected cell")
 
     live: BoolProperty(
-        name="Live", default=True, update=edited, description="Solve again at every change of a wish, weight or light"
+        name="Live", default=True, update=catch_up, description="Solve again at every change of a wish, weight or light"
     )
     show_curves: BoolProperty(
         name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
@@ -148,6 +152,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     )  # fmt: skip
     robustness: EnumProperty(
         name="Other Eyes and Lamps", default="soft", update=edited,
+        description="How matches for several eyes and lamps are weighed",
         items=[
             ("soft", "On Average", "Make the squared errors of all of them small together", 0),
             ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
@@ -162,8 +167,24 @@ class SpectralPalette(bpy.types.PropertyGroup):
         description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
         "cannot be applied",
     )  # fmt: skip
-    grid_start: FloatProperty(name="From (nm)", default=400.0, min=300.0, max=780.0, update=edited, precision=0)
-    grid_stop: FloatProperty(name="To (nm)", default=700.0, min=400.0, max=900.0, update=edited, precision=0)
+    grid_start: FloatProperty(
+        name="From (nm)",
+        description="Least wavelength of designed spectra",
+        default=400.0,
+        min=300.0,
+        max=780.0,
+        update=edited,
+        precision=0,
+    )
+    grid_stop: FloatProperty(
+        name="To (nm)",
+        description="Greatest wavelength of designed spectra",
+        default=700.0,
+        min=400.0,
+        max=900.0,
+        update=edited,
+        precision=0,
+    )
     grid_samples: IntProperty(
         name="Samples", default=31, min=5, soft_max=101, max=601, update=edited,
         description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",

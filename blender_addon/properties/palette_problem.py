@@ -135,8 +135,11 @@ def _cell(palette, material, column: int) -> Cell:
     )
 
 
-def store_solution(palette, solution: PaletteSolution) -> None:
-    """Write spectra, colors, errors and status of a solution into the properties that panels show."""
+def store_solution(palette, solution: PaletteSolution, *, finished: bool = True) -> None:
+    """Write spectra, colors, errors and status of a solution into the properties that panels show.
+
+    ``finished``: whether conflicts were looked for; if not, those that are shown stay while wishes are missed.
+    """
     for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
         _store_result(light.result, spectrum, Illuminant)
     for material, spectrum in zip(palette.materials, solution.reflectances, strict=True):
@@ -156,6 +159,11 @@ def store_solution(palette, solution: PaletteSolution) -> None:
     palette.worst_delta_e = solution.max_delta_e_2000
     palette.light_scale = solution.light_scale
     palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
+    if finished or palette.status == "solved":
+        _store_conflicts(palette, solution)
+
+
+def _store_conflicts(palette, solution: PaletteSolution) -> None:
     palette.conflicts.clear()
     for conflict in solution.conflicts:
         entry = palette.conflicts.add()

@@ -5,6 +5,11 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 
+def tag(properties, _context) -> None:
+    """Blender copies a changed property to the evaluated scene only when told."""
+    properties.id_data.update_tag()
+
+
 class SpectralPlanChoice(bpy.types.PropertyGroup):
     """A decision of the plan that the artist has taken over; ``name`` is the effect's."""
 
@@ -26,16 +31,30 @@ class SpectralRender(bpy.types.PropertyGroup):
     """Settings of the render engine."""
 
     samples: IntProperty(
-        name="Samples", default=128, min=1, soft_max=4096, description="Light paths per pixel of a final render"
+        name="Samples",
+        default=128,
+        min=1,
+        soft_max=4096,
+        update=tag,
+        description="Light paths per pixel of a final render",
     )
     viewport_samples: IntProperty(
-        name="Viewport Samples", default=16, min=1, soft_max=1024, description="Light paths per pixel in the viewport"
+        name="Viewport Samples",
+        default=16,
+        min=1,
+        soft_max=1024,
+        update=tag,
+        description="Light paths per pixel in the viewport",
     )
     seed: IntProperty(
-        name="Seed", default=0, min=0, description="Start of the random numbers: the same seed, the same noise"
+        name="Seed",
+        default=0,
+        min=0,
+        update=tag,
+        description="Start of the random numbers: the same seed, the same noise",
     )
     transport: EnumProperty(
-        name="Transport", default="AUTO", description="How light is carried through the scene",
+        name="Transport", default="AUTO", update=tag, description="How light is carried through the scene",
         items=[
             ("AUTO", "Automatic", "Spectral where a spectrum in the scene asks for it, else RGB", 0),
             ("SPECTRAL", "Spectral", "Trace wavelengths, always", 1),
@@ -43,7 +62,7 @@ class SpectralRender(bpy.types.PropertyGroup):
         ],
     )  # fmt: skip
     tolerance: FloatProperty(
-        name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
+        name="Tolerance", default=1.0, min=0.0, soft_max=5.0, update=tag,
         description="Color error (ΔE2000) below which the plan may leave an effect out",
     )  # fmt: skip
     overrides: CollectionProperty(type=SpectralPlanChoice)

@@ -127,6 +127,7 @@ def _write_samples(spectral, spectrum: Spectrum) -> None:
     spectral.interpolation = spectrum.grid.interpolation.upper()
     spectral.spectrum_name = spectrum.name
     spectral.origin = spectrum.source
+    _tag(spectral)
 
 
 _quiet = False
@@ -141,6 +142,12 @@ def quiet() -> Iterator[None]:
         yield
     finally:
         _quiet = before
+
+
+def _tag(spectral, _context=None) -> None:
+    """Blender copies a changed property to the evaluated scene only when told; the palette shows its originals."""
+    if not isinstance(spectral.id_data, bpy.types.Scene):
+        spectral.id_data.update_tag()
 
 
 def reload(spectral) -> None:
@@ -237,7 +244,7 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         ],
     )  # fmt: skip
     strength: FloatProperty(
-        name="Relative Strength", default=1.0, min=0.0, soft_max=4.0,
+        name="Relative Strength", default=1.0, min=0.0, soft_max=4.0, update=_tag,
         description="How bright a light of this spectrum is beside a white light of the same power",
     )  # fmt: skip
     spectrum_name: StringProperty(name="Spectrum Name", description="Name of the stored spectrum")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +15,7 @@ from .context import Translation
 from .lights import translate_light
 from .materials import Dressed, translate_material
 from .meshes import GENERATED, translate_mesh, uv_layer
+from .volumes import translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces, where they have any, Blender lists as a mesh instance of its own."""
@@ -24,7 +24,6 @@ LEFT_OUT = {
     "POINTCLOUD": "point clouds are not rendered; instance a mesh on the points to see them",
     "GPENCIL": "grease pencil is not rendered",
     "GREASEPENCIL": "grease pencil is not rendered",
-    "VOLUME": "this volume is not rendered",
 }
 UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 
@@ -53,10 +52,6 @@ class Collected:
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
 
 
-VOLUME_TRANSLATOR: Callable[[Collected, Any, Any], None] | None = None
-"""Takes (collected, evaluated object, instance) of a volume object; None while nothing understands them."""
-
-
 def collect(translation: Translation) -> Collected:
     """Walk over every instance that the render shows."""
     found = Collected(translation)
@@ -75,15 +70,13 @@ def collect(translation: Translation) -> Collected:
 def _collect_one(found: Collected, thing: Any, instance: Any) -> None:
     translation = found.translation
     if thing.type == "LIGHT":
-        name = found.unique("light", thing.name_full)
-        placed = (instance.matrix_world.copy(), thing.lightgroup)
-        light = translate_light(translation, name, thing.data, placed)
+        light = translate_light(translation, found.unique("light", thing.name_full), thing, instance.matrix_world)
         if light is not None:
             found.lights.append(light)
     elif thing.type == "MESH":
         _collect_mesh(found, thing, instance)
-    elif thing.type == "VOLUME" and VOLUME_TRANSLATOR is not None:
-        VOLUME_TRANSLATOR(found, thing, instance)
+    elif thing.type == "VOLUME":
+        translate_volume(found, thing, instance)
     elif thing.type not in AS_MESH + UNSEEN:
         translation.note(thing.name, LEFT_OUT.get(thing.type, f"objects of type {thing.type.lower()} are not rendered"))
 

@@ -27,6 +27,11 @@ def sampling_of(scene: Any) -> Sampling:
 
 def settings_of(scene: Any) -> RenderSettings:
     """What the artist fixed; what is left automatic is the plan's to decide."""
-    chosen = overrides_of(scene.spectral.render)
+    settings = scene.spectral.render
+    chosen = overrides_of(settings)
     transport = chosen.pop("transport", None)
-    return RenderSettings(transport=transport, overrides=tuple(sorted(chosen.items())))  # type: ignore[arg-type]
+    return RenderSettings(
+        transport=transport,  # type: ignore[arg-type]
+        tolerance_delta_e=settings.tolerance,
+        overrides=tuple(sorted(chosen.items())),
+    )

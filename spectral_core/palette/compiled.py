@@ -74,6 +74,14 @@ class WishArrays:
             return True
         return np.array_equal(self.group, other.group) and np.array_equal(self.boxes, other.boxes)
 
+    def sum_of_squares(self, actual: Array, common: Array) -> float:
+        """Weighted color errors of cells (R, L, 3), and of group members to their free colors (G, 3)."""
+        total = float(np.sum(self.target_weights[..., None] * (actual - self.targets) ** 2))
+        if len(common):
+            apart = np.where((self.group >= 0)[..., None], actual - common[self.group], 0.0)
+            total += float(np.sum(self.link_weights[..., None] * apart**2))
+        return total
+
     def turned(self) -> WishArrays:
         """The same with reflectances and lights swapped."""
         return WishArrays(
@@ -87,13 +95,22 @@ class Known:
 
     matrices: Array
     grams: Array
+    strengths: Array
+    """(L,): largest entry of each matrix; infinite where it is too dim to show a color."""
 
     @classmethod
     def of(cls, state: PaletteState, side: Side) -> Known:
         at_points = state.lights_at_points() if side == "reflectances" else state.reflectances_at_points()
         matrices = state.kernel.matrices(at_points)[0]
         grams = np.matmul(matrices.transpose(0, 2, 1), matrices)
-        return cls(matrices, grams.reshape(len(grams), -1))
+        dim = np.abs(matrices).sum(axis=2).max(axis=1) < 1e-7
+        strengths = np.where(dim, np.inf, np.abs(matrices).max(axis=(1, 2)))
+        return cls(matrices, grams.reshape(len(grams), -1), strengths)
+
+    def lightest(self, arrays: WishArrays) -> Array:
+        """Per unknown (R,): the least pull of its cells, see ``least_squares.pull_of``."""
+        squared = np.minimum(_positive(arrays.target_weights), _positive(arrays.link_weights))
+        return (squared * self.strengths).min(axis=1)
 
 
 def recompiled_row(
@@ -107,7 +124,16 @@ def recompiled_row(
     hessian[np.diag_indices(n)] += RIDGE * max(float(np.diagonal(hessian).mean()), 1e-12)
     hessians[row] = hessian
     linear[row] = -(arrays.target_weights[item, :, None] * arrays.targets[item]).ravel() @ known.matrices.reshape(-1, n)
-    return replace(problem, hessians=hessians, linear=linear)
+    return replace(problem, hessians=hessians, linear=linear, lightest=_lightest_row(problem, row, item, arrays, known))
+
+
+def _lightest_row(problem: TiedProblem, row: int, item: int, arrays: WishArrays, known: Known) -> Array | None:
+    if problem.lightest is None:
+        return None
+    lightest = problem.lightest.copy()
+    squared = np.minimum(_positive(arrays.target_weights[item]), _positive(arrays.link_weights[item]))
+    lightest[row] = (squared * known.strengths).min()
+    return lightest
 
 
 def compiled(
@@ -129,7 +155,13 @@ def compiled(
     linear = -pulls @ known.matrices.reshape(-1, n)
     bounds = problem.reflectance_bounds if side == "reflectances" else problem.light_bounds
     ties, color_hessian, color_linear = _ties(arrays, known, state, side, rows)
-    return items, TiedProblem(hessians, linear, ties, color_hessian, color_linear, bounds, arrays.boxes)
+    lightest = known.lightest(arrays)[rows]
+    return items, TiedProblem(hessians, linear, ties, color_hessian, color_linear, bounds, arrays.boxes, lightest)
+
+
+def _positive(weights: Array) -> Array:
+    """Weights, infinite where there is none."""
+    return np.where(weights > 0, weights, np.inf)
 
 
 def smoothness_gram(problem: PaletteProblem, wishes: Wishes, side: Side) -> Array:

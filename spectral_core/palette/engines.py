@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, checked
+from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, dense_equalities, dense_rows
+from spectral_core.palette.optimality import checked
+from spectral_core.palette.polish import polished
 
 Array = NDArray[np.float64]
 
@@ -34,23 +36,10 @@ class Answer:
 
 
 RawAnswer = tuple[Array, Array | None, bool]
-"""x, multipliers of the equalities or None, whether the engine claims infeasibility."""
+"""x, multipliers of the equalities or None, whether the engine claims infeasibility.
 
-
-def dense_rows(problem: LinkedLeastSquares) -> tuple[Array, Array]:
-    """Weighted rows as one dense matrix, and their targets."""
-    if len(problem.blocks) == 1 and not problem.links and problem.color_lower.size == 0:
-        return problem.blocks[0].matrix, problem.blocks[0].target
-    matrix, target = problem.rows
-    return matrix.toarray(), target
-
-
-def dense_equalities(problem: LinkedLeastSquares) -> tuple[Array, Array]:
-    """Equality rows as one dense matrix, and their targets."""
-    if not problem.has_equalities:
-        return np.zeros((0, problem.size)), np.zeros(0)
-    matrix, target = problem.equalities
-    return np.ascontiguousarray(matrix.toarray()), target
+``start`` of an engine: free colors (G, 3) of an earlier answer to a like problem.
+"""
 
 
 def solve_daqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
@@ -108,7 +97,10 @@ def solve_tied(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
 
     quadratics = tied_from_links(problem)
     everything = np.arange(len(problem.blocks))
-    values, colors = TiedSolver(*quadratics.linear.shape).solve(quadratics, everything, everything)
+    solver = TiedSolver(*quadratics.linear.shape)
+    if start is not None and start.size == quadratics.color_linear.size:
+        solver.begin_at(np.clip(start.ravel(), *quadratics.color_bounds))
+    values, colors = solver.solve(quadratics, everything, everything)
     return np.concatenate([colors, values.ravel()]), None, False
 
 
@@ -139,43 +131,6 @@ ENGINES: dict[str, Callable[[LinkedLeastSquares, Array | None], RawAnswer]] = {
 }
 
 
-def polished(problem: LinkedLeastSquares, x: Array, rounds: int = 20) -> Array:
-    """The exact minimum on the face of the bounds that ``x`` lies near; a few faces are tried."""
-    (dense, target), (rows, equality_target) = dense_rows(problem), dense_equalities(problem)
-    at_lower, at_upper = x <= problem.lower + 1e-7, x >= problem.upper - 1e-7
-    best = np.clip(x, problem.lower, problem.upper)
-    best_check = checked(problem, best)
-    for _ in range(rounds):
-        trial = np.where(at_lower, problem.lower, np.where(at_upper, problem.upper, 0.0))
-        free = ~(at_lower | at_upper)
-        gap, gap_exact = target - dense @ trial, equality_target - rows @ trial
-        trial[free] = _equality_least_squares(dense[:, free], gap, rows[:, free], gap_exact)
-        inside = np.clip(trial, problem.lower, problem.upper)
-        check = checked(problem, inside)
-        if check.worst < best_check.worst:
-            best, best_check = inside, check
-        gradient = problem.gradient(inside)
-        low, high = trial < problem.lower, trial > problem.upper
-        if not (low | high).any():
-            released = (at_lower & (gradient < 0)) | (at_upper & (gradient > 0))
-            if best_check.passed or not released.any():
-                break
-            at_lower, at_upper = at_lower & ~released, at_upper & ~released
-        at_lower, at_upper = at_lower | low, at_upper | high
-    return best
-
-
-def _equality_least_squares(matrix: Array, target: Array, rows: Array, rows_target: Array) -> Array:
-    """Minimum of ||matrix x − target|| where rows x = rows_target, by the null space of the rows."""
-    if rows.shape[0] == 0 or rows.shape[1] == 0:
-        return np.linalg.lstsq(matrix, target, rcond=1e-12)[0]
-    left, sizes, right = np.linalg.svd(rows)
-    rank = int((sizes > 1e-11 * max(sizes.max(initial=0.0), 1e-300)).sum())
-    particular = right[:rank].T @ ((left[:, :rank].T @ rows_target) / sizes[:rank])
-    null = right[rank:].T
-    return particular + null @ np.linalg.lstsq(matrix @ null, target - matrix @ particular, rcond=1e-12)[0]
-
-
 def solve_checked(
     problem: LinkedLeastSquares, order: Sequence[str], start: Array | None = None, *, polish_below: int = 600
 ) -> Answer:
@@ -188,15 +143,16 @@ def solve_checked(
         answer = _attempt(problem, name, start, polish=problem.size <= polish_below)
         if best is None or answer.check.worst < best.check.worst:
             best = answer
-        if answer.check.passed:
+        if answer.check.good:
             break
         rejected.append(name)
         if answer.infeasible and name == "piqp":
             break
-    assert best is not None
+    if best is None:
+        raise InvalidInputError(f"none of the engines {', '.join(order)} takes equalities; use piqp for exact cells")
     missed = tuple(name for name in rejected if name != best.engine)
     return Answer(
-        best.x, best.engine, best.check, best.infeasible or (not best.check.passed and "piqp" in rejected), missed
+        best.x, best.engine, best.check, problem.has_equalities and (best.infeasible or not best.check.passed), missed
     )
 
 
@@ -215,9 +171,8 @@ def _attempt(problem: LinkedLeastSquares, name: str, start: Array | None, *, pol
         return Answer(np.zeros(problem.size), name, Check(np.inf, np.inf, np.inf), infeasible)
     x = np.clip(x, problem.lower, problem.upper)  # rounding only: the check below sees what it cost
     check = checked(problem, x, multipliers)
-    if not check.passed and not infeasible and polish:
-        better = polished(problem, x)
-        better_check = checked(problem, better)
-        if better_check.worst < check.worst:
+    if not (check.good and check.gap <= Check.SHARP) and not infeasible and polish and check.equality < 1e-3:
+        better, better_check = polished(problem, x)
+        if better_check.worst <= check.worst:
             x, check = better, better_check
     return Answer(x, name, check, infeasible)

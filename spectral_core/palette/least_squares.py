@@ -21,7 +21,7 @@ from scipy import sparse
 
 Array = NDArray[np.float64]
 
-RIDGE = 1e-10
+RIDGE = 1e-13
 """Added to the diagonal of MᵀM, relative to its mean, by engines that need a unique minimum."""
 
 
@@ -35,6 +35,8 @@ class Block:
     upper: Array
     equality: Array
     equality_target: Array
+    pulls: tuple[float, ...] = ()
+    """Per soft cell: how strongly an error of its color shows in the gradient, see ``pull_of``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,17 +139,21 @@ class LinkedLeastSquares:
 
     @cached_property
     def scale(self) -> Array:
-        """Natural size of each unknown's gradient, by block: the largest of |Mᵀy| and of the diagonal of MᵀM.
+        """What each unknown's gradient is compared with, by block: nothing heavy hides an error of something light.
 
-        Blocks are scaled apart, so that a heavy spectrum does not hide the error of a light one.
+        The largest of |Mᵀy| and of the diagonal of MᵀM, or if less, the gradient that an error of 1 in the color of the
+        block's lightest cell would make: a residual of 1e-7 then means that about as much is wrong with any color.
         """
         colors = np.zeros(self.color_lower.shape)
         squares = [np.einsum("rp,rp->p", block.matrix, block.matrix) for block in self.blocks]
         pulls = [block.matrix.T @ block.target for block in self.blocks]
         color_pulls = np.zeros(self.color_lower.shape)
+        lightest = [min(block.pulls, default=np.inf) for block in self.blocks]
         for link in self.links:
             if link.exact:
                 continue
+            if link.block is not None:
+                lightest[link.block] = min(lightest[link.block], pull_of(link.weight, link.matrix))
             weighing = link.weight * link.metric
             colors[link.group] += np.einsum("ab,ab->b", weighing, weighing)
             color_pulls[link.group] += weighing.T @ (weighing @ link.offset)
@@ -157,6 +163,10 @@ class LinkedLeastSquares:
                 pulls[link.block] = pulls[link.block] - rows.T @ (weighing @ link.offset)
         parts = [(colors.ravel(), color_pulls.ravel()), *zip(squares, pulls, strict=True)]
         sizes = [max(square.max(initial=0.0), np.abs(pull).max(initial=0.0)) for square, pull in parts]
+        soft_weights = [link.weight**2 for link in self.links if not link.exact and link.weight > 0]
+        sizes = [
+            min(size, least) for size, least in zip(sizes, [min(soft_weights, default=np.inf), *lightest], strict=True)
+        ]
         lengths = [square.size for square, _ in parts]
         return np.repeat([size if size > 0 else 1.0 for size in sizes], lengths)
 
@@ -196,6 +206,13 @@ class LinkedLeastSquares:
         return shown - colors[link.group]
 
 
+def pull_of(weight: float, matrix: Array) -> float:
+    """Size of the gradient that an error of 1 in a cell's color makes; infinite for one too dim to show a color."""
+    strength = float(np.abs(matrix).max(initial=0.0))
+    dim = np.abs(matrix).sum(axis=1).max(initial=0.0) < 1e-7
+    return np.inf if dim or weight == 0 else weight**2 * strength
+
+
 def _scaled(link: Link, vector: Array) -> Array:
     return link.weight * (link.metric @ vector)
 
@@ -215,6 +232,22 @@ def _placed(parts: list[tuple[Array, int]], width: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((np.concatenate(values), position), shape=(row, width))
 
 
+def dense_rows(problem: LinkedLeastSquares) -> tuple[Array, Array]:
+    """Weighted rows as one dense matrix, and their targets."""
+    if len(problem.blocks) == 1 and not problem.links and problem.color_lower.size == 0:
+        return problem.blocks[0].matrix, problem.blocks[0].target
+    matrix, target = problem.rows
+    return matrix.toarray(), target
+
+
+def dense_equalities(problem: LinkedLeastSquares) -> tuple[Array, Array]:
+    """Equality rows as one dense matrix, and their targets."""
+    if not problem.has_equalities:
+        return np.zeros((0, problem.size)), np.zeros(0)
+    matrix, target = problem.equalities
+    return np.ascontiguousarray(matrix.toarray()), target
+
+
 @dataclass(frozen=True, slots=True)
 class Check:
     """How well an answer satisfies the conditions of optimality. All in the units of x, but ``equality`` (rows)."""
@@ -222,9 +255,15 @@ class Check:
     kkt: float
     bounds: float
     equality: float
+    gap: float = 0.0
+    """Bound on how much the sum of squares could still fall, by its slope towards the bounds."""
 
-    LIMIT = 1e-7
-    """Largest scaled KKT residual and equality error of an answer that is believed; ten times stricter than claimed."""
+    SHARP = 1e-13
+    """Gap at which colors are right to about 1e-7 even where a light shows some of them only faintly."""
+    LIMIT = 1e-6
+    """Largest scaled KKT residual and equality error of an answer that is believed."""
+    GOAL = 1e-7
+    """At which no other engine is tried."""
     BOUND_LIMIT = 1e-9
     """Largest distance outside the bounds."""
 
@@ -234,34 +273,11 @@ class Check:
         return self.kkt <= self.LIMIT and self.bounds <= self.BOUND_LIMIT and self.equality <= self.LIMIT
 
     @property
+    def good(self) -> bool:
+        """Whether it passed with room to spare."""
+        return self.passed and self.worst <= self.GOAL
+
+    @property
     def worst(self) -> float:
         """One number to compare two answers by."""
         return max(self.kkt, self.bounds, self.equality)
-
-
-def checked(problem: LinkedLeastSquares, x: Array, multipliers: Array | None = None) -> Check:
-    """Projected-gradient residual ``|x − clip(x − gradient/scale)|``, bounds and equalities of an answer.
-
-    Multipliers of the equalities are taken from the engine, or fitted to the unknowns that are off their bounds,
-    whichever explains the answer better.
-    """
-    if not np.all(np.isfinite(x)):
-        return Check(np.inf, np.inf, np.inf)
-    gradient = problem.gradient(x)
-    outside = float(np.maximum(problem.lower - x, x - problem.upper).max(initial=0.0))
-    if not problem.has_equalities:
-        return Check(_residual(problem, x, gradient), outside, 0.0)
-    matrix, target = problem.equalities
-    error = float(np.abs(matrix @ x - target).max())
-    free = (x > problem.lower + 1e-9) & (x < problem.upper - 1e-9)
-    scale = problem.scale
-    columns = matrix.toarray()[:, free].T / scale[free][:, None]
-    fitted, *_ = np.linalg.lstsq(columns, -gradient[free] / scale[free], rcond=1e-13)
-    candidates = [fitted] if multipliers is None else [fitted, multipliers]
-    kkt = min(_residual(problem, x, gradient + matrix.T @ each) for each in candidates)
-    return Check(kkt, outside, error)
-
-
-def _residual(problem: LinkedLeastSquares, x: Array, gradient: Array) -> float:
-    moved = np.clip(x - gradient / problem.scale, problem.lower, problem.upper)
-    return float(np.abs(x - moved).max(initial=0.0))

@@ -30,14 +30,21 @@ class PhaseAnswer:
     notes: tuple[str, ...]
 
 
-def solve_phase(problem: LinkedLeastSquares, engine: str | None = None) -> PhaseAnswer:
-    """Solve all independent parts. ``engine``: only this one (for comparisons); None: the fitting ones in turn."""
+def solve_phase(problem: LinkedLeastSquares, engine: str | None = None, *, start: Array | None = None) -> PhaseAnswer:
+    """Solve all independent parts.
+
+    ``engine``: only this one (for comparisons); None: the fitting ones in turn. ``start``: free colors (G, 3) of a like
+    problem.
+    """
+    if start is not None and start.shape != problem.color_lower.shape:
+        start = None
     blocks: list[Array] = [np.zeros(0)] * len(problem.blocks)
     colors = np.zeros(problem.color_lower.shape)
     check, engines, infeasible, notes = Check(0.0, 0.0, 0.0), [], False, []
     for block_ids, group_ids in components(problem):
         part = _part(problem, block_ids, group_ids)
-        answer = solve_checked(part, [engine] if engine else engine_order(part))
+        near = None if start is None else start[group_ids]
+        answer = solve_checked(part, [engine] if engine else engine_order(part), near)
         part_colors, part_blocks = part.split(answer.x)
         colors[group_ids] = part_colors
         for number, values in zip(block_ids, part_blocks, strict=True):

@@ -169,16 +169,18 @@ def most_distinct(
     conceal: str = "D65",
     reveal: str = "HP1",
     color: ArrayLike | None = None,
+    luminance: float = 2.0,
     grid: SpectralGrid | None = None,
 ) -> PaletteProblem:
     """``count`` materials, exact metamers under one light and as different as possible from each other under another.
 
-    ``color``: what they show under ``conceal``; None leaves it free.
+    ``color``: what they show under ``conceal``; None leaves it free. ``luminance``: of both lights; smooth reflectances
+    differ the more, the more room it leaves them below 1.
     """
     grid = grid or design_grid()
     if count < 2:
         raise InvalidInputError(f"count is {count}; at least 2 materials are needed to be different")
-    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in (conceal, reveal))
+    lights = tuple(PaletteLight(normalized(illuminant(name), luminance=luminance)) for name in (conceal, reveal))
     rows = []
     for i in range(count):
         if color is not None:
@@ -188,7 +190,7 @@ def most_distinct(
         others = [(other, 1) for other in range(count) if other != i]
         rows.append((match, Cell.distinct_from(*others)))
     materials = tuple(PaletteReflectance(f"material {i + 1}") for i in range(count))
-    return PaletteProblem(grid, lights, materials, tuple(rows), smoothness=0.1)
+    return PaletteProblem(grid, lights, materials, tuple(rows), smoothness=0.5)
 
 
 PRESETS = {

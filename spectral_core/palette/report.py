@@ -45,7 +45,7 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         target_linear_rgb=wanted,
         actual_linear_rgb=actual,
         delta_e_2000=error,
-        residuals=criterion_residuals(builder, state, wanted, actual),
+        residuals=criterion_residuals(builder, state, wanted, actual) | _worst_case_left(trace),
         kkt_residual=kkt,
         bound_violation=bounds,
         status=status,
@@ -60,6 +60,10 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         ),
         state=state,
     )
+
+
+def _worst_case_left(trace: SolveTrace) -> dict[str, float]:
+    return {} if trace.worst_case_left is None else {"worst_case_left": trace.worst_case_left}
 
 
 def wanted_colors(wishes: Wishes, actual: Array) -> Array:
@@ -121,10 +125,10 @@ def _status(
 ) -> PaletteStatus:
     answers = trace.answers.values()
     worst, _ = exact_error(builder.wishes, state.colors())
-    if any(not answer.check.passed for answer in answers) or bounds > Check.BOUND_LIMIT:
-        return PaletteStatus.INACCURATE
     if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
         return PaletteStatus.EXACT_CONFLICT
+    if any(not answer.check.passed for answer in answers) or bounds > Check.BOUND_LIMIT:
+        return PaletteStatus.INACCURATE
     if invisible_lights(builder, state):
         return PaletteStatus.INVISIBLE
     missed = np.isfinite(error) & (error > VISIBLE_DELTA_E)
@@ -142,6 +146,9 @@ def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Arra
         "color": float(np.sqrt(np.mean((wanted - actual)[known] ** 2))) if known.any() else 0.0,
         "smoothness": float(np.sqrt(np.mean([np.sum((operator @ each) ** 2) for each in shapes]))) if shapes else 0.0,
     }
+    subspace = builder.subspace_errors(state)
+    if subspace is not None:
+        result["subspace"] = float(np.sqrt(np.mean(subspace**2)))
     robust = builder.robust_errors(state)
     if robust is not None:
         result["robust"] = float(np.sqrt(np.mean(robust**2)))

@@ -14,13 +14,17 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.phase import PhaseBuilder, Side
+from spectral_core.palette.compiled import is_simple
+from spectral_core.palette.distinct_cells import wants_distinct
+from spectral_core.palette.live import LiveSolver
+from spectral_core.palette.phase import Phase, PhaseBuilder, Side
 from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.state import PaletteState, initial_state
 from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.palette.worst_case import RowKey, worst_case_shares
 
 Array = NDArray[np.float64]
 
@@ -40,6 +44,10 @@ class SolveTrace:
     engines: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
     rounds: int = 0
+    worst_case_left: float | None = None
+    """By how much the largest robust error may still exceed the least possible, relative; None where not asked."""
+    live: LiveSolver | None = None
+    """The compiled way, where the palette allows it."""
     timings: dict[str, float] = field(default_factory=dict)
 
     def add(self, side: Side, answer: PhaseAnswer, seconds: float) -> None:
@@ -58,6 +66,10 @@ def solve_palette(
     ``explain``: look for the cells that conflict where wishes are missed; takes some tens of solves.
     Never raises for a hopeless wish: the solution's ``status``, ``remedy`` and ``conflicts`` say so.
     """
+    if wants_distinct(problem):
+        from spectral_core.palette.distinct import solve_distinct  # which itself solves with this module
+
+        return solve_distinct(problem, warm=warm)
     started = perf_counter()
     wishes = compiled_wishes(problem)
     builder = PhaseBuilder(problem, wishes)
@@ -93,6 +105,7 @@ def alternate(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, rou
     """Rounds of reflectances, then lights."""
     sides: list[Side] = [side for side in ("reflectances", "lights") if builder.free_items(side)]
     perceptual = builder.problem.match == "perceptual"
+    trace.live = LiveSolver(builder.problem, builder.wishes) if is_simple(builder.problem, builder.wishes) else None
     previous = (np.inf, np.inf)
     for number in range(1, (builder.problem.rounds if rounds is None else rounds) + 1):
         jacobians = perceptual and (number > LINEAR_ROUNDS or (len(sides) == 1 and number > 1))
@@ -121,18 +134,38 @@ def half_round(
 ) -> tuple[PaletteState, float, float]:
     """One phase: the new state, its sum of squares, and the root mean square of its color rows."""
     started = perf_counter()
+    quick = trace.live.half_round(side, builder.problem, state) if trace.live is not None else None
+    if quick is not None:
+        answer, state, squares = quick
+        trace.add(side, answer, perf_counter() - started)
+        return state, squares, builder.color_rms(state)
+    solved = [_solved(builder, side, state, perceptual=perceptual)]
+    if builder.problem.robustness == "worst_case" and len(builder.wishes.conditions) > 1:
+
+        def again() -> dict[RowKey, float]:
+            solved[0] = _solved(builder, side, state, perceptual=perceptual)
+            phase, answer, found = solved[0]
+            return builder.robust_rows(phase, answer.colors, found)
+
+        left = worst_case_shares(again, builder.shares)
+        trace.worst_case_left = left if left is not None else trace.worst_case_left
+    phase, answer, state = solved[0]
+    squares = 2 * phase.problem.objective(np.concatenate([answer.colors.ravel(), *answer.blocks]))
+    trace.add(side, answer, perf_counter() - started)
+    return state, squares, builder.color_rms(state)
+
+
+def _solved(
+    builder: PhaseBuilder, side: Side, state: PaletteState, *, perceptual: bool
+) -> tuple[Phase, PhaseAnswer, PaletteState]:
+    """The phase, its answer and the state with it; exact cells as rows where they cannot all hold."""
     phase = builder.build(side, state, perceptual=perceptual)
-    answer = solve_phase(phase.problem)
-    if not answer.check.passed and phase.problem.equalities[0].shape[0]:
+    answer = solve_phase(phase.problem, start=builder.last_colors.get(side))
+    builder.last_colors[side] = answer.colors
+    if not answer.check.passed and phase.problem.has_equalities:
         phase = builder.build(side, state, perceptual=perceptual, soft=True)
         elastic = solve_phase(phase.problem)
-        answer = PhaseAnswer(
-            elastic.blocks, elastic.colors, elastic.check, elastic.engines, True, (*answer.notes, *elastic.notes)
-        )
+        answer = replace(elastic, infeasible=True, notes=(*answer.notes, *elastic.notes))
     values = dict(zip(phase.items, answer.blocks, strict=True))
-    state = state.with_reflectances(values) if side == "reflectances" else state.with_lights(values)
-    x = np.concatenate([answer.colors.ravel(), *answer.blocks])
-    matrix, target = phase.problem.rows
-    residual = matrix @ x - target
-    trace.add(side, answer, perf_counter() - started)
-    return state, float(residual @ residual), builder.color_rms(state)
+    found = state.with_reflectances(values) if side == "reflectances" else state.with_lights(values)
+    return phase, answer, found

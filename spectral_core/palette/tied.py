@@ -43,13 +43,16 @@ class TiedProblem:
     color_linear: Array
     bounds: tuple[float, float]
     color_bounds: tuple[Array, Array]
+    lightest: Array | None = None
+    """(K,): as ``LinkedLeastSquares.scale`` has it, the gradient of an error of 1 in the lightest cell's color."""
 
     @cached_property
     def scale(self) -> Array:
-        """Natural size of each spectrum's gradient, (K,), as in ``LinkedLeastSquares.scale``."""
+        """What each spectrum's gradient is compared with, (K,), as in ``LinkedLeastSquares.scale``."""
         curvature = np.diagonal(self.hessians, axis1=1, axis2=2).max(axis=1)
         size = np.maximum(curvature, np.abs(self.linear).max(axis=1, initial=0.0))
-        return np.where(size > 0, size, 1.0)
+        size = np.where(size > 0, size, 1.0)
+        return size if self.lightest is None else np.minimum(size, self.lightest)
 
     def gradients(self, values: Array, colors: Array) -> tuple[Array, Array]:
         """Gradient by spectra (K, n) and by colors (q,)."""
@@ -70,7 +73,7 @@ class TiedProblem:
         moved = np.clip(values - by_values / self.scale[:, None], *self.bounds)
         worst = float(np.abs(values - moved).max(initial=0.0))
         if colors.size:
-            size = max(float(np.diagonal(self.color_hessian).max()), float(np.abs(self.color_linear).max())) or 1.0
+            size = float(np.diagonal(self.color_hessian).min())
             moved_colors = np.clip(colors - by_colors / size, *self.color_bounds)
             worst = max(worst, float(np.abs(colors - moved_colors).max()))
         return worst
@@ -85,6 +88,11 @@ class TiedSolver:
         self.colors = np.zeros(0)
         self._sensitivities = np.zeros((count, size, 0))
         self._free = np.zeros((count, size), dtype=bool)
+
+    def begin_at(self, colors: Array) -> None:
+        """Start the next solve from these free colors (q,); every spectrum must then be listed as changed."""
+        self.colors = colors
+        self._sensitivities = np.zeros((*self.values.shape, colors.size))
 
     def solve(self, problem: TiedProblem, changed: NDArray[np.intp], reshaped: NDArray[np.intp]) -> tuple[Array, Array]:
         """Spectra (K, n) and colors (q,) at the minimum.
@@ -206,7 +214,8 @@ class TiedSolver:
         limits = np.clip(high - self.colors, -1e30, 1e30), np.clip(low - self.colors, -1e30, 1e30)
         symmetric = (hessian + hessian.T) / 2
         sense = np.zeros(gradient.size, dtype=np.int32)
-        step, _, flag, _ = daqp.solve(symmetric, gradient, np.zeros((0, gradient.size)), *limits, sense)
+        none = np.zeros((0, gradient.size))
+        step, _, flag, _ = daqp.solve(symmetric, gradient, none, *limits, sense, primal_tol=1e-13, dual_tol=1e-14)
         if flag <= 0:
             raise SolveError("the step of the free colors has no solution")
         return np.asarray(step)

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 WEIGHT_RATIO = 1e3
 """Largest ratio between the weights of two cells; past it every solver of normal equations goes wrong unnoticed."""
-SMOOTHNESS_RANGE = (1e-6, 1e3)
+SMOOTHNESS_RANGE = (1e-6, 30.0)
 """Smoothness weights, relative to the heaviest cell, between which the problem stays solvable in double precision."""
 
 

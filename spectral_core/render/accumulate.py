@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.render.camera_rays import camera_frame, rays
+from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.picture import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.wavelengths import FIRST_NM, WavelengthPlan
 from spectral_core.scene import Camera, Film
@@ -81,24 +82,29 @@ class Accumulator:
         self._starts = [mi.Float((row[:-1] / density).astype(np.float32)) for row in plan.responses[:3]]
         self._ends = [mi.Float((row[1:] / density).astype(np.float32)) for row in plan.responses[:3]]
         if self.band_count:
-            self._band_tables(plan.responses[3:], density)
+            rows = plan.responses[3:]
+            linear = np.stack([rows[:, :-1], (rows[:, :-1] + rows[:, 1:]) / 2, rows[:, 1:]])
+            self._band_tables(linear if plan.pieces is None else plan.pieces, density)
 
-    def _band_tables(self, responses: NDArray[np.float64], density: NDArray[np.float64]) -> None:
-        """Per cell the few bands that respond there, with their weights at both ends."""
+    def _band_tables(self, pieces: NDArray[np.float64], density: NDArray[np.float64]) -> None:
+        """Per cell the few bands that respond there, their weights at both ends, and how far they bulge in between."""
         mi = self._mi
-        touched = (responses[:, :-1] != 0) | (responses[:, 1:] != 0)
+        touched = np.any(pieces != 0, axis=0)
         self._band_slots = max(1, int(touched.sum(axis=0).max()))
         cells = touched.shape[1]
         index = np.zeros((self._band_slots, cells), np.uint32)
-        start, end = np.zeros((2, self._band_slots, cells), np.float32)
+        start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
+        bulges = 4 * (pieces[1] - (pieces[0] + pieces[2]) / 2)
         for cell in range(cells):
             for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
                 index[slot, cell] = band
-                start[slot, cell] = responses[band, cell] / density[cell]
-                end[slot, cell] = responses[band, cell + 1] / density[cell]
+                start[slot, cell] = pieces[0, band, cell] / density[cell]
+                end[slot, cell] = pieces[2, band, cell] / density[cell]
+                bulge[slot, cell] = bulges[band, cell] / density[cell]
         self._band_index = [mi.UInt32(row) for row in index]
         self._band_start = [mi.Float(row) for row in start]
         self._band_end = [mi.Float(row) for row in end]
+        self._band_bulge = [mi.Float(row) for row in bulge] if np.any(bulge) else None
 
     def _new_tile(self, first: int, count: int) -> _Tile:
         mi, dr = self._mi, self._dr
@@ -113,14 +119,14 @@ class Accumulator:
         sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
         return _Tile(first, count, sampler, sums, dr.opaque(mi.Float, 0.0, count), bands)
 
-    def add(self, scene: Any, integrator: Any, samples: int) -> Iterator[float]:
+    def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
         for done, tile in enumerate(self._tiles, 1):
-            self._trace(scene, integrator, tile, samples)
+            self._trace(first_hit, integrator, tile, samples)
             yield done / len(self._tiles)
         self.samples += samples
 
-    def _trace(self, scene: Any, integrator: Any, tile: _Tile, samples: int) -> None:
+    def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = dr.arange(mi.UInt32, tile.count) + dr.opaque(mi.UInt32, tile.first)
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
@@ -134,12 +140,11 @@ class Accumulator:
         def body(index: Any, sums: Any, covered: Any, sampler: Any) -> Any:
             draws = [mi.Float((turn + index * step) >> 8) * 2.0**-24 for turn, step in zip(turns, _STEPS, strict=True)]
             ray, cells, within = self._ray(corner, draws)
-            radiance, valid, _ = integrator.sample(scene, sampler, ray, None, mi.Bool(True))
-            radiance = dr.select(dr.isfinite(radiance), radiance, 0.0)
+            radiance, coverage = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             if bands is not None:
                 self._scatter_bands(bands, lane, radiance, (cells, within))
-            return index + 1, sums + color, covered + dr.select(valid, 1.0, 0.0), sampler
+            return index + 1, sums + color, covered + coverage, sampler
 
         _, tile.sums, tile.covered, tile.sampler = dr.while_loop(
             (first, tile.sums, tile.covered, tile.sampler),
@@ -150,6 +155,22 @@ class Accumulator:
         tile.sampler.schedule_state()
         dr.eval(tile.sums, tile.covered, bands)
         dr.sync_thread()
+
+    def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any]:
+        """Radiance along a camera ray, and how much of the pixel it covers."""
+        mi, dr = self._mi, self._dr
+        ray = first_hit.past_hidden(ray)
+        passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
+        if first_hit.transparent:
+            passed, behind = first_hit.straight_through(ray)
+        # volumes stand before whatever the walk has met; their first extra channel is what they let through
+        has_volumes = bool(integrator.aov_names())
+        seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
+        passed = passed * extra[0] if has_volumes else passed
+        radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
+        # what is not covered shows the environment: taken out in expectation
+        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed)
 
     def _turns(self, pixel: Any) -> list[Any]:
         """Five random 32-bit offsets per pixel."""
@@ -219,6 +240,8 @@ class Accumulator:
                     dr.gather(mi.Float, self._band_end[slot], cell),
                     within,
                 )
+                if self._band_bulge is not None:
+                    weight += dr.gather(mi.Float, self._band_bulge[slot], cell) * within * (1.0 - within)
                 target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
                 dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
 

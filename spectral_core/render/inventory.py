@@ -70,9 +70,10 @@ def take_inventory(scene: Scene) -> Inventory:
     which = lambda test: tuple(material.name for material in materials if test(material))  # noqa: E731
     spectral_lights = tuple(light.name for light in scene.lights if _has_spectrum(light.color))
     world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
+    spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
     return Inventory(
-        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, values_of(m)))),
+        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, values_of(m)))) + spectral_volumes,
         dispersive=which(_is_dispersive),
         media=which(lambda m: m.medium is not None),
         emissive=which(lambda m: any(map(_emits, closures_of(m.surface)))),

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.accumulate import Accumulator
+from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.mitsuba_scene import load_scene
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
 from spectral_core.render.plan import EffectPlan
+from spectral_core.render.scalar_sums import LIMITS, ScalarSums
 from spectral_core.render.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
+from spectral_core.render.volumes import volume_integrator
 from spectral_core.render.wavelengths import Bands, plan_wavelengths
 from spectral_core.scene import Color, Note, Scene
 from spectral_core.spectrum import Spectrum
@@ -51,20 +54,48 @@ class RenderJob:
         wavelengths = None
         if plan.is_spectral:
             lights = measure.sampling_lights or light_spectra(self.scene)
-            wavelengths = plan_wavelengths(lights, measure.bands, disperses=plan.is_on("dispersion"))
+            wavelengths = plan_wavelengths(
+                lights,
+                measure.bands,
+                disperses=plan.is_on("dispersion"),
+                follow_bands=measure.sampling_lights is None,
+            )
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
-            self._integrator = self._mitsuba.load_dict(integrator_description(plan, scene))
+            self._integrators = self._load_integrators(groups=measure.groups)
+            self._first_hit = FirstHit(
+                self._mitsuba,
+                self._loaded.scene,
+                self._loaded.hidden,
+                self.scene.film.transparent,
+                self._loaded.camera_medium,
+            )
             names = list(self._loaded.switches) if measure.groups else [""]
-            self._sums = {
-                name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
-                for name in names or [""]
+            kind = ScalarSums if backend.is_scalar else Accumulator
+            self._sums: dict[str, Accumulator | ScalarSums] = {
+                name: kind(self._mitsuba, self.scene.camera, self.scene.film, wavelengths) for name in names or [""]
             }
         except SpectralError:
             raise
         except Exception as error:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
-        self.notes = tuple(Note("Renderer", text) for text in backend.notes) + self._loaded.notes
+        limits = [LIMITS] if backend.is_scalar and self._first_hit.is_needed else []
+        self.notes = tuple(Note("Renderer", text) for text in (*backend.notes, *limits)) + self._loaded.notes
+
+    def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
+        """By light group; the same one for all but where volumes have light of their own: the first group has it."""
+        surface = integrator_description(self.plan)
+        names = (list(self._loaded.switches) if groups else []) or [""]
+        if not self.scene.volumes:
+            return dict.fromkeys(names, self._mitsuba.load_dict(surface))
+
+        def load(own_light: bool) -> Any:
+            return volume_integrator(
+                self._mitsuba, self.scene, surface, spectral=self.plan.is_spectral, own_light=own_light
+            )
+
+        first, *others = names
+        return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
 
     @property
     def samples(self) -> int:
@@ -77,7 +108,7 @@ class RenderJob:
             for group, sums in self._sums.items():
                 if self._loaded.switches:
                     self._loaded.light_only(group)
-                for _ in sums.add(self._loaded.scene, self._integrator, samples):
+                for _ in sums.add(self._first_hit, self._integrators[group], samples):
                     if should_stop is not None and should_stop():
                         return False
         except Exception as error:
@@ -105,7 +136,7 @@ class RenderJob:
         return {name: sums.band_picture() for name, sums in self._sums.items()}
 
 
-def integrator_description(plan: EffectPlan, scene: Scene) -> dict[str, Any]:
+def integrator_description(plan: EffectPlan) -> dict[str, Any]:
     """Mitsuba's integrator for a plan: plain path tracing unless light passes through surfaces or media."""
     kind = "volpath" if plan.is_on("media") or plan.is_on("transparency") else "path"
     depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
@@ -113,7 +144,6 @@ def integrator_description(plan: EffectPlan, scene: Scene) -> dict[str, Any]:
         "type": kind,
         "max_depth": depth,
         "rr_depth": min(UNLIMITED_ROULETTE, depth),
-        "hide_emitters": bool(scene.film.transparent),
     }
 
 
@@ -122,4 +152,6 @@ def light_spectra(scene: Scene) -> list[Spectrum]:
     paints: list[Any] = [light.color for light in scene.lights]
     if not scene.world.is_black:
         paints.append(scene.world.color)
-    return [emitted_spectrum(paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3))) for paint in paints]
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    plain = [paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3)) for paint in paints]
+    return [emitted_spectrum(paint, white) for paint in plain]

@@ -235,7 +235,7 @@ def _textures(scene: Scene, found: Inventory, tolerance: float) -> Decision:
 def _bounces(scene: Scene, found: Inventory, tolerance: float) -> Decision:
     if not found.surfaces:
         return Decision("bounces", "0", "there is no surface to bounce from")
-    if found.media or scene.volumes:
+    if found.media:
         return Decision("bounces", "64", "light scatters many times inside a medium", "dark media")
     if found.refractive:
         return Decision(

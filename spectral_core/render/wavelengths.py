@@ -34,14 +34,20 @@ class Bands:
     """Spectral channels to measure beside the picture.
 
     ``names``: one per channel. ``responses``: (n_bands, 471) at 360 to 830 nm, 1 nm; a channel is ∫ L · response dλ.
+    ``pieces``: (3, n_bands, 470), responses at the start, middle and end of each 1 nm cell, for ones that are quadratic
+    within a cell and may jump between two; None where ``responses`` are linear in between.
     """
 
     names: tuple[str, ...]
     responses: Array
+    pieces: Array | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.names), WAVELENGTHS_NM.size)
         object.__setattr__(self, "responses", frozen_array("band responses", self.responses, shape))
+        if self.pieces is not None:
+            pieces = frozen_array("band pieces", self.pieces, (3, shape[0], shape[1] - 1))
+            object.__setattr__(self, "pieces", pieces)
         if len(set(self.names)) < len(self.names):
             raise InvalidInputError("two spectral bands share a name; give each its own")
 
@@ -69,13 +75,15 @@ class WavelengthPlan:
     """Density to draw wavelengths from, and what is measured.
 
     ``cumulative``: (471,) cumulative probability at the 1 nm knots, 0 first and 1 last; constant density in between.
-    ``responses``: (n_channels, 471), x̄ ȳ z̄ first. ``teeth``: different wavelengths per path, 4, or 1 where glass
-    disperses (the path of one wavelength is then not that of another).
+    ``responses``: (n_channels, 471), x̄ ȳ z̄ first; ``pieces``: as in ``Bands``, of the bands among them.
+    ``teeth``: different wavelengths per path, 4, or 1 where glass disperses (the path of one wavelength is then not
+    that of another).
     """
 
     cumulative: Array
     responses: Array
     teeth: int = 4
+    pieces: Array | None = None
 
     @property
     def density(self) -> Array:
@@ -84,11 +92,12 @@ class WavelengthPlan:
 
 
 def plan_wavelengths(
-    lights: Sequence[Spectrum], bands: Bands | None = None, *, disperses: bool = False
+    lights: Sequence[Spectrum], bands: Bands | None = None, *, disperses: bool = False, follow_bands: bool = True
 ) -> WavelengthPlan:
     """Draw in proportion to what the eye gets from ``lights`` together, plus a fifth by the eye's sensitivity alone.
 
-    With ``bands`` another part follows them, so that no channel is left without samples.
+    With ``bands`` half of them follow these, so that no channel is left without samples; not without
+    ``follow_bands``, where the same wavelengths must be drawn whatever is measured.
     """
     cmfs = _responses_at_1_nm()
     sensitivity = _cells(cmfs.sum(axis=0))
@@ -103,13 +112,14 @@ def plan_wavelengths(
     if bands is not None:
         responses = np.concatenate([cmfs, bands.responses])
         wanted = _cells(bands.responses.sum(axis=0))
-        if wanted.sum() > 0:
+        if wanted.sum() > 0 and follow_bands:
             density = 0.5 * density + 0.5 * wanted / wanted.sum()
     # A response over a cell of zero density would be lost: keep every cell that is measured open.
     measured = _cells(np.abs(responses).sum(axis=0)) > 0
     density = np.where(measured, np.maximum(density, 1e-6), density)
     cumulative = np.concatenate([[0.0], np.cumsum(density)])
-    return WavelengthPlan(cumulative / cumulative[-1], responses, 1 if disperses else 4)
+    pieces = None if bands is None else bands.pieces
+    return WavelengthPlan(cumulative / cumulative[-1], responses, 1 if disperses else 4, pieces)
 
 
 def _responses_at_1_nm() -> Array:

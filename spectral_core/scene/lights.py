@@ -24,6 +24,8 @@ class _Light:
     world_from_light: NDArray[np.float64]
     color: Paint = field(default_factory=lambda: gray(1.0))
     group: str = ""
+    camera_visible: bool = False
+    """Whether the camera sees the light itself; mirrors always do. Blender's lights are not seen by default."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
@@ -31,10 +33,14 @@ class _Light:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PointLight(_Light):
-    """``power_w`` in watts as Blender means it: radiant intensity power / 4π², from a sphere of ``radius``."""
+    """``power_w`` in watts as Blender means it: radiant intensity power / 4π, from a ball of ``radius``.
+
+    ``soft_falloff``: Blender's option, on by default: the ball lights like a disk that faces the receiver.
+    """
 
     power_w: float = 10.0
     radius: float = 0.0
+    soft_falloff: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -45,6 +51,7 @@ class SpotLight(_Light):
     radius: float = 0.0
     cone_angle_rad: float = np.pi / 4
     blend: float = 0.15
+    soft_falloff: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -15,6 +15,7 @@ from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
 from spectral_core.scene.surface import Material
+from spectral_core.spectrum import Spectrum
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class RenderSettings:
     """What the artist decided; ``None`` leaves the decision to the plan.
 
     ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
-    plan decisions by name that the artist fixed.
+    plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -38,6 +39,7 @@ class RenderSettings:
     variant: str | None = None
     tolerance_delta_e: float = 1.0
     overrides: tuple[tuple[str, str], ...] = ()
+    white: Spectrum | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

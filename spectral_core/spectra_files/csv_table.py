@@ -118,28 +118,36 @@ def _runs_across(header: Row, body: list[Row]) -> bool:
 
 def _columns_from_columns(path: Path, header: Row, body: list[Row]) -> list[Column]:
     """One column of the table is one spectrum."""
-    width = max((len(cells) for _, cells in [header, *body]), default=0)
+    width = max((_used(cells) for _, cells in [header, *body]), default=0)
     if not body or width < 2:
         line = body[0][0] if body else header[0]
         raise FileFormatError(
             f"{path}, line {line}: found {width} column(s) and {len(body)} row(s) of numbers; expected wavelengths and "
             "at least one column of values, separated by comma, semicolon, tab or blanks"
         )
-    names = header[1][1:] if header[1] else [path.stem] if width == 2 else [f"{path.stem} {i}" for i in range(1, width)]
-    if header[1] and len(header[1]) != width:
-        raise FileFormatError(
-            f"{path}, line {header[0]}: {len(header[1])} names over {width} columns; expected {width}"
-        )
+    headings = header[1][:width]
+    for line, cells in body:
+        if headings and _used(cells) > len(headings):
+            raise FileFormatError(
+                f"{path}, line {line}: {_used(cells)} cells under {len(headings)} headings; expected a heading each"
+            )
+    unnamed = [path.stem] if width == 2 else [f"{path.stem} {number}" for number in range(1, width)]
+    names = headings[1:] + [""] * (width - len(headings)) if headings else unnamed
     wavelength_unit = _stated_unit(header[1][0], NM_PER_UNIT) if header[1] else None
     columns = [_named_column(name, path.stem, wavelength_unit) for name in names]
     for line, cells in body:
-        if len(cells) > width or (len(cells) < width and header[0] == 0):
+        if len(cells) < width and not headings:
             raise FileFormatError(f"{path}, line {line}: {len(cells)} cells, expected {width}")
         wavelength = number(path, line, cells[0], "a wavelength")
         for column, cell in zip(columns, cells[1:], strict=False):
             if cell:
                 column.add(line, wavelength, number(path, line, cell, f"a value of {column.name!r}"))
     return columns
+
+
+def _used(cells: list[str]) -> int:
+    """Number of cells up to the last that holds anything: separators at the end of lines are no columns."""
+    return max((index for index, cell in enumerate(cells, 1) if cell), default=0)
 
 
 def _columns_from_rows(path: Path, header: Row, body: list[Row]) -> list[Column]:

@@ -17,6 +17,7 @@ from spectral_core.volume.rules import EMPTY, StepGrid
 from spectral_core.volume.tables import TransferTable
 
 _PACKED_LIMIT = 1 << 28  # voxels; four bytes each
+_PACKET = 8  # numbers per gather of a table record; packets are padded to powers of two
 
 
 def is_scalar(types: Any) -> bool:
@@ -164,14 +165,14 @@ class DeviceTable:
         if integrals:
             below = np.vstack([table.integrals[:1], table.integrals])
             flat = np.hstack([flat, below.astype(np.float32)])
-        self.width = 1 << (flat.shape[1] - 1).bit_length()
-        flat = np.pad(flat, ((0, 0), (0, self.width - flat.shape[1])))
+        parts = [_padded(flat[:, start : start + _PACKET]) for start in range(0, flat.shape[1], _PACKET)]
         per_value = table.cells / (table.high - table.low)
         self.scale = _opaque(types.Float, [volume.unit * per_value])[0]
         self.offset = _opaque(types.Float, [(volume.base - table.low) * per_value])[0]
         self.cells = _opaque(types.Float, [float(table.cells)])[0]
         self.close = _opaque(types.Float, [max(1.0, table.cells / 2048)])[0]
-        self.store: Any = flat if is_scalar(types) else types.Float(flat.ravel())
+        self.widths = [part.shape[1] for part in parts]
+        self.stores: list[Any] = [part if is_scalar(types) else types.Float(part.ravel()) for part in parts]
 
     def position(self, stored: Any) -> Any:
         """Table coordinate, in cells from the first node, of a stored data value."""
@@ -187,9 +188,17 @@ class DeviceTable:
         cell = types.UInt32(dr.clip(x + 1.0, 0.0, self.cells + 1.0))
         part = x - dr.maximum(types.Float(cell) - 1.0, 0.0)
         if is_scalar(types):
-            return part, [float(v) for v in self.store[int(cell)]]
-        packet = dr.gather(types.ArrayXf, self.store, cell, active, shape=(self.width, dr.width(x)))
-        return part, [packet[i] for i in range(self.width)]
+            return part, [float(v) for store in self.stores for v in store[int(cell)]]
+        record = []
+        for width, store in zip(self.widths, self.stores, strict=True):
+            packet = dr.gather(types.ArrayXf, store, cell, active, shape=(width, dr.width(x)))
+            record += [packet[i] for i in range(width)]
+        return part, record
+
+
+def _padded(columns: NDArray[np.float32]) -> NDArray[np.float32]:
+    width = 1 << (columns.shape[1] - 1).bit_length()
+    return np.pad(columns, ((0, 0), (0, width - columns.shape[1])))
 
 
 def _packed(data: NDArray[np.uint8]) -> NDArray[np.uint32]:
@@ -197,9 +206,9 @@ def _packed(data: NDArray[np.uint8]) -> NDArray[np.uint32]:
     packed = data.astype(np.uint32)
     y = np.minimum(np.arange(data.shape[1]) + 1, data.shape[1] - 1)
     z = np.minimum(np.arange(data.shape[0]) + 1, data.shape[0] - 1)
-    packed |= data[:, y].astype(np.uint32) << 8
-    packed |= data[z].astype(np.uint32) << 16
-    packed |= data[z][:, y].astype(np.uint32) << 24
+    packed |= data[:, y].astype(np.uint32) << np.uint32(8)
+    packed |= data[z].astype(np.uint32) << np.uint32(16)
+    packed |= data[z][:, y].astype(np.uint32) << np.uint32(24)
     return packed
 
 

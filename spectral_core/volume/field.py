@@ -45,7 +45,7 @@ class ScalarVolume:
     def from_spacing(
         cls, name: str, data: ArrayLike, spacing: ArrayLike = (1.0, 1.0, 1.0), origin: ArrayLike = (0.0, 0.0, 0.0)
     ) -> ScalarVolume:
-        """Field with axis-parallel voxels of size ``spacing`` (3,), voxel (0, 0, 0) centred at ``origin`` (3,), world units."""
+        """Axis-parallel voxels of size ``spacing`` (3,), voxel (0, 0, 0) centred at ``origin`` (3,), world units."""
         matrix = np.eye(4)
         matrix[:3, :3] = np.diag(frozen_array("spacing", spacing, (3,)))
         matrix[:3, 3] = frozen_array("origin", origin, (3,))

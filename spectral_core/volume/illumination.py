@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spectral_core import datasets
+from spectral_core.checks import frozen_array
 from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.observer import linear_rgb_from_product, normalized, xyz_from_spectrum
 from spectral_core.spectrum import Illuminant, SpectralGrid
@@ -31,6 +33,22 @@ def display_matrix(transfer: TransferFunction, light: Illuminant | None = None) 
     own = xyz_from_spectrum(grid)
     shining = transfer.colors @ (RGB_FROM_XYZ @ own / own[1].sum()).T
     return np.where(lit[:, None], reflected, shining)
+
+
+def smooth_reflectance(linear_rgb: ArrayLike, grid: SpectralGrid) -> Array:
+    """The smoothest reflectance (n,) on ``grid`` that has this linear sRGB (3,) under D65, as near as one can.
+
+    Least curvature within [0, 1], the colour weighed so that it is met to 1e-3 where any reflectance has it. For
+    colours beside spectra; a material that matters should have a spectrum of its own.
+    """
+    from scipy.optimize import lsq_linear
+
+    wanted = frozen_array("linear_rgb", linear_rgb, (3,))
+    matrix = linear_rgb_from_product(normalized(datasets.illuminant(WHITE)), grid)
+    bend = np.diff(np.eye(grid.size), 2, axis=0)
+    solved = lsq_linear(np.vstack([100 * matrix, bend]), np.concatenate([100 * wanted, np.zeros(len(bend))]), (0, 1))
+    reflectance: Array = np.clip(solved.x, 0.0, 1.0)
+    return reflectance
 
 
 def _linear_rgb(light: Illuminant) -> Array:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +83,7 @@ def edges(volume: ScalarVolume) -> TransferFunction:
     v, voxel = _places(volume)
     steep = float(np.percentile(gradient_magnitude(volume).data, 98)) or 1.0
     lower, upper = v[[0, 1, 5, 6]], v[[5, 6, 10]]
-    fade = {"gradient_values": np.array([0.2, 0.8]) * steep, "gradient_weights": np.array([0.0, 1.0])}
+    fade: dict[str, Any] = {"gradient_values": np.array([0.2, 0.8]) * steep, "gradient_weights": np.array([0.0, 1.0])}
     return TransferFunction(
         (
             Material("soft edge", lower, np.array([0, 0.3, 0.3, 0]) / voxel, np.array(_WARM), **fade),

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
 from spectral_core.volume.field import ScalarVolume
@@ -82,12 +83,13 @@ def combine(amounts: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArra
 class VolumeRenderer:
     """Renders one field; keeps on the device what does not change with view or transfer function.
 
-    ``backend`` is ``llvm`` (the processor) or ``cuda``. Raises MissingDependencyError where Dr.Jit is absent.
+    ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError where
+    Dr.Jit is absent.
     """
 
-    def __init__(self, volume: ScalarVolume, backend: str = "llvm") -> None:
+    def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
         self.volume = volume
-        self.types = array_types(backend)
+        self.types = array_types(backend) if isinstance(backend, str) else backend
         self.device_volume = DeviceVolume(self.types, volume)
         self._statistics: dict[str, BrickStatistics] = {}
         self._prepared: tuple[TransferFunction, PreparedTransfer] | None = None
@@ -130,8 +132,8 @@ class VolumeRenderer:
         seconds = time.perf_counter() - start
         k = len(transfer.materials)
         flat = np.stack(channels[: k + 1], axis=-1).reshape(view.height, view.width, k + 1)
-        numbers = [int(c.sum(dtype=np.int64)) for c in channels[k + 1 :]] or [None, None]
-        return VolumeImage(transfer, stepping, flat[..., :k], flat[..., k], seconds, numbers[0], numbers[1])
+        samples, steps = (int(c.sum(dtype=np.int64)) for c in channels[k + 1 :]) if counts else (None, None)
+        return VolumeImage(transfer, stepping, flat[..., :k], flat[..., k], seconds, samples, steps)
 
     def trace(
         self,
@@ -180,7 +182,7 @@ class PreparedTransfer:
         self.table: TransferTable = tabulate(transfer, renderer.volume, highest)
         self.gradient, self.weights = gradient, None
         if gradient and self.table.weights is not None:
-            over = TransferTable(0.0, self.table.gradient_high, self.table.weights, len(transfer.materials))
+            over = TransferTable(0.0, highest, self.table.weights, len(transfer.materials))
             self.weights = DeviceTable(renderer.types, over, gradient, False)
         self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
         self._grids: dict[Rule, DeviceGrid] = {}
@@ -220,6 +222,7 @@ def array_types(backend: str) -> Any:
     """The Dr.Jit array module of ``llvm`` or ``cuda``."""
     if backend not in ("llvm", "cuda"):
         raise InvalidInputError(f"backend {backend!r}; expected 'llvm' or 'cuda'")
+    use_newest_llvm()
     try:
         import drjit as dr
         import drjit.cuda

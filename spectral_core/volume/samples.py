@@ -15,7 +15,7 @@ Array = NDArray[np.float32]
 
 
 def sample_volume(name: str, size: int = 64) -> ScalarVolume:
-    """The sample field ``name`` (see ``SAMPLES``) of ``size`` voxels per axis, unit spacing, first voxel at the origin."""
+    """Sample field ``name`` (see ``SAMPLES``), ``size`` voxels per axis, unit spacing, first voxel at the origin."""
     if name not in SAMPLES:
         raise UnknownNameError.among("sample volume", name, SAMPLES)
     return ScalarVolume(name, SAMPLES[name](size))

@@ -64,7 +64,7 @@ class Material:
     @property
     def is_xray(self) -> bool:
         """Adds light and takes none."""
-        return bool(np.any(self.emission) and not np.any(self.extinction))
+        return bool(_emission(self).any() and not self.extinction.any())
 
     def weight(self, gradient: Array) -> Array:
         """Weight at gradient magnitudes (any shape); ones where the material is one-dimensional."""
@@ -118,7 +118,7 @@ class TransferFunction:
     @property
     def has_emission(self) -> bool:
         """Some material gives light beyond its extinction."""
-        return any(np.any(material.emission) for material in self.materials)
+        return any(_emission(material).any() for material in self.materials)
 
     @property
     def uses_gradient(self) -> bool:

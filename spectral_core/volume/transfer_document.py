@@ -43,19 +43,33 @@ class TransferDocument:
             if getattr(self, name) not in known:
                 raise InvalidInputError(f"{name} is {getattr(self, name)!r}; expected {' or '.join(map(repr, known))}")
 
-    def for_volume(self, volume: ScalarVolume) -> TransferFunction:
+    def for_volume(self, volume: ScalarVolume, value_range: tuple[float, float] | None = None) -> TransferFunction:
         """The function over the volume's data values, per world unit.
 
+        ``value_range`` is what fractions are of, the volume's own by default: a sequence keeps one for all its frames.
         A voxel's length is the cube root of its volume, for voxels that are no cubes.
         """
-        low, high = volume.value_range
+        low, high = volume.value_range if value_range is None else value_range
         span = high - low if high > low else 1.0
         scale, start = (span, low) if self.values == "fraction" else (1.0, 0.0)
-        per_world = 1.0
-        if self.length == "voxel":
-            per_world = float(abs(np.linalg.det(volume.to_world[:3, :3])) ** (-1 / 3))
+        per_world = 1 / voxel_length(volume) if self.length == "voxel" else 1.0
         fitted = [_fitted(material, start, scale, per_world) for material in self.transfer.materials]
         return replace(self.transfer, materials=tuple(fitted))
+
+
+def stated_in_fractions(
+    transfer: TransferFunction, volume: ScalarVolume, value_range: tuple[float, float] | None = None
+) -> TransferDocument:
+    """The inverse of ``for_volume``: fractions of the range, per voxel."""
+    low, high = volume.value_range if value_range is None else value_range
+    span, voxel = (high - low if high > low else 1.0), voxel_length(volume)
+    stated = [_fitted(material, -low / span, 1 / span, voxel) for material in transfer.materials]
+    return TransferDocument(replace(transfer, materials=tuple(stated)), "fraction", "voxel")
+
+
+def voxel_length(volume: ScalarVolume) -> float:
+    """Edge of the cube that has a voxel's volume, world units."""
+    return float(abs(np.linalg.det(volume.to_world[:3, :3])) ** (1 / 3))
 
 
 def _fitted(material: Material, start: float, scale: float, per_world: float) -> Material:

@@ -47,9 +47,7 @@ class View:
         ahead = frozen_array("target", target, (3,)) - start
         side = np.cross(frozen_array("up", up, (3,)), ahead)
         if not np.linalg.norm(ahead) or np.linalg.norm(side) < 1e-9 * np.linalg.norm(ahead):
-            raise InvalidInputError(
-                f"a view from {start.tolist()} with up {list(up)} has no sideways; choose another up"
-            )  # type: ignore[arg-type]
+            raise InvalidInputError(f"a view from {start.tolist()} along its own up has no sideways; choose another up")
         ahead, side = ahead / np.linalg.norm(ahead), side / np.linalg.norm(side)
         matrix = np.eye(4)
         matrix[:3, :4] = np.stack([side, np.cross(ahead, side), ahead, start], axis=1)

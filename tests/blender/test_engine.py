@@ -171,18 +171,19 @@ def test_pixels_are_in_blenders_working_space(build, f12, monkeypatch):
 
 def test_registers_twice_and_leaves_nothing_behind(blender):
     import blender_addon
+    from blender_addon.engine import SpectralRenderEngine as engine_class
 
     def marked():
         return {
             panel for panel in bpy.types.Panel.__subclasses__() if "SPECTRAL" in getattr(panel, "COMPAT_ENGINES", ())
         }
 
-    assert len(marked()) > 200
+    assert len(marked()) > 200 and engine_class.is_registered
     blender_addon.unregister()
     try:
         assert not {panel for panel in marked() if not panel.__module__.startswith("blender_addon")}
         assert not hasattr(bpy.types.Scene, "spectral")
-        assert not hasattr(bpy.types, "SpectralRenderEngine")
+        assert not engine_class.is_registered
     finally:
         blender_addon.register()
     assert len(marked()) > 200

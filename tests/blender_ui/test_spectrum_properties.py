@@ -54,6 +54,18 @@ def test_material_and_world_and_nodes_know_their_kind(blender):
     assert_same(properties.spectrum_of(emission), datasets.illuminant("HP1"))
 
 
+def test_strength_counts_only_with_a_spectrum_and_starts_anew_with_another(blender):
+    light = blender.data.lights.new("key", "POINT")
+    light.spectral.strength = 3.0
+    assert properties.strength_of(light) == 1.0
+    light.spectral.source = "CATALOGUE"
+    light.spectral.catalogue_name = "A"
+    light.spectral.strength = 2.0
+    assert properties.strength_of(light) == 2.0
+    light.spectral.catalogue_name = "D65"
+    assert properties.strength_of(light) == 1.0
+
+
 def test_an_unknown_name_is_said_and_not_replaced(blender):
     light = blender.data.lights.new("key", "POINT")
     light.spectral.source = "CATALOGUE"

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from spectral_core import datasets
 from spectral_core.color import WHITE_XYZ, linear_from_display_rgb
@@ -207,6 +209,11 @@ def test_short_ways_to_say_things(tmp_path: Path) -> None:
         (HEAD.replace('"D65"', "{values = [1]}"), r"lights\[0\]\.spectrum\.values has 1 entries; expected at least 2"),
         (HEAD.replace('"D65"', "3"), r"lights\[0\]\.spectrum is 3; expected a"),
         (HEAD.replace("step_nm = 10", "step_nm = 7"), r"no whole number of steps of 7 nm"),
+        (HEAD.replace("step_nm = 10", "step_nm = 1e-3"), r"400 to 700 nm by 0\.001 nm; expected at most 100000 steps"),
+        (
+            HEAD.replace("start_nm = 400", "start_nm = -3e12"),
+            r"start_nm is -3000000000000\.0 nm; expected a value from",
+        ),
         (HEAD.replace(", step_nm = 10", ""), r"grid gives start_nm, stop_nm; expected"),
         (HEAD + "[settings]\nsmoothness = -1", r"settings\.smoothness is -1; expected at least 0"),
         (HEAD + "[settings]\nmatch = 'rgb'", r"settings\.match is \"rgb\"; expected one of 'linear', 'perceptual'"),
@@ -263,6 +270,42 @@ def test_json_errors_and_endings(tmp_path: Path) -> None:
         read_solution(tmp_path / "p.json")
     with pytest.raises(InvalidInputError, match=r"cannot tell the format of 'p\.yaml'; name palettes \.toml or \.json"):
         write_palette(tmp_path / "p.yaml", everything())
+
+
+ANYTHING = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-3, 3),
+    st.floats(),
+    st.text(max_size=4),
+    st.just([]),
+    st.just({}),
+    st.just([[1]]),
+)
+
+
+def places(document: Any, here: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Keys and indices that lead to every part of a document."""
+    keys = list(document) if isinstance(document, dict) else range(len(document)) if isinstance(document, list) else []
+    return [here, *(place for key in keys for place in places(document[key], (*here, key)))]
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_document_is_read_or_refused_with_its_file(tmp_path: Path, data: st.DataObject) -> None:
+    path = tmp_path / "any.json"
+    write_palette(path, PRESETS["Metamer pair"]())
+    document = json.loads(path.read_text())
+    *way, last = data.draw(st.sampled_from([place for place in places(document) if place]))
+    part = document
+    for key in way:
+        part = part[key]
+    part[last] = data.draw(ANYTHING)
+    path.write_text(json.dumps(document))
+    try:
+        read_palette(path)
+    except FileFormatError as error:
+        assert str(path) in str(error)
 
 
 def test_a_comment_stands_on_top(tmp_path: Path) -> None:

@@ -118,7 +118,7 @@ def test_bands_hold_the_light_s_spectrum(name):
     light = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, color=lamp)
     bands = Bands.uniform(400, 700, 31)
     result = render_scene(lit_plane(light, film=Film(8, 8, samples=256)), bands=bands)
-    factor = 0.5 / np.pi * 100 / (4 * np.pi**2) / 9
+    factor = 0.5 / np.pi * 100 / (4 * np.pi) / 9
     from spectral_core.render.wavelengths import WAVELENGTHS_NM
 
     expected = factor * bands.responses @ emitted_spectrum(lamp).at(WAVELENGTHS_NM)

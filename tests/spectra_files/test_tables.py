@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.spectra_files import detect_format, read_spectra, read_spectrum, write_spectra
@@ -33,6 +35,7 @@ def file_of(folder: Path, text: str, name: str = "table.csv") -> Path:
         "\ufeff" + PLAIN.replace("\n", "\r\n"),
         "# measured on Tuesday: cloudy\n\n" + PLAIN,
         "wavelength,one,two\n420,0.3,0.7\n410,0.2,0.6\n400,0.1,0.5\n",
+        PLAIN.replace("\n", ",\n"),
         "sample,400,410,420\none,0.1,0.2,0.3\ntwo,0.5,0.6,0.7\n",
         "Wavelength (µm),one,two\n0.4,0.1,0.5\n0.41,0.2,0.6\n0.42,0.3,0.7\n",
         "wavelength_um,one,two\n0.4,0.1,0.5\n0.41,0.2,0.6\n0.42,0.3,0.7\n",
@@ -97,7 +100,7 @@ def test_spd_with_comments_and_odd_blanks(tmp_path: Path) -> None:
         ("a.csv", "wavelength,x\n400,0.1\n420,0.2\n410,0.2\n", r"line 4: wavelength 410 nm breaks the order of 420 nm"),
         ("a.csv", "wavelength,x\n0.4,0.1\n0.5,0.2\n", r"line 2: wavelength 0\.4 nm .* wavelength_unit='um' would fit"),
         ("a.csv", "wavelength,x\n400,0.1\n", r"line 2: spectrum 'x' has 1 samples, expected at least 2"),
-        ("a.csv", "wavelength,x\n400,0.1\n410,0.2,0.3\n", r"2 names over 3 columns"),
+        ("a.csv", "wavelength,x\n400,0.1\n410,0.2,0.3\n", r"line 3: 3 cells under 2 headings; expected a heading each"),
         ("a.csv", "400,0.1\n410\n", r"line 2: 1 cells, expected 2"),
         ("a.csv", "wavelength\n400\n410\n", r"line 2: found 1 column\(s\) and 2 row\(s\)"),
         ("a.csv", "hello world\n", r"line 1: found .* 0 row\(s\) of numbers"),
@@ -169,3 +172,24 @@ def test_detection_prefers_what_the_file_holds(tmp_path: Path) -> None:
     assert detect_format(file_of(tmp_path, "<IESTM2714/>", "a.csv")) == "spdx"
     assert detect_format(file_of(tmp_path, "400 1\n500 2\n", "a.dat")) == "spd"
     assert detect_format(file_of(tmp_path, "400,1\n500,2\n", "a.dat")) == "csv"
+
+
+TABLE_TEXT = st.text(st.sampled_from("0123456789.,;\t\n -+eE#:%wnmk\"'()[]<>/x\x00é"), max_size=80)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(TABLE_TEXT, st.sampled_from([".csv", ".spd", ".spdx", ".dat"]))
+@example("w,x\n1e400,1\n2e400,2\n", ".csv")
+@example("400,1\n1e-400,2\n", ".csv")
+@example('<IESTM2714><SpectralData wavelength="1">', ".spdx")
+@example('"', ".csv")
+@example('# kind: "\n400 1\n500 1', ".spd")
+def test_any_text_is_read_or_refused_with_its_file(tmp_path: Path, text: str, ending: str) -> None:
+    path = tmp_path / f"any{ending}"
+    path.write_bytes(text.encode("utf-8"))
+    try:
+        spectra = read_spectra(path)
+    except FileFormatError as error:
+        assert str(path) in str(error)
+    else:
+        assert all(spectrum.grid.size == spectrum.values.size for spectrum in spectra)

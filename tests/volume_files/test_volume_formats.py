@@ -11,11 +11,11 @@ import nrrd
 import numpy as np
 import pytest
 import tifffile
-from volume_fixtures import DATA, DIRECTIONS, EXTENT_START, ORIGIN, SHAPE, SPACING, fixture_values
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import RawLayout, detect_format, known_formats, read_volume, write_volume
+from tests.volume_files.volume_fixtures import DATA, DIRECTIONS, EXTENT_START, ORIGIN, SHAPE, SPACING, fixture_values
 
 SHEARED = np.array([[0.5, 0.1, 0.0, 10.0], [0.0, -1.25, 0.2, -20.0], [0.3, 0.0, 2.0, 3.5], [0.0, 0.0, 0.0, 1.0]])
 
@@ -265,6 +265,18 @@ def test_raw_of_another_length_is_refused(tmp_path):
     (tmp_path / "a.mhd").write_text("NDims = 3")
     with pytest.raises(InvalidInputError, match=r"a.mhd lies beside it: open that"):
         read_volume(tmp_path / "a.raw")
+
+
+def test_raw_data_are_held_once(tmp_path):
+    import tracemalloc
+
+    (tmp_path / "a_200x100x100_uint8.raw").write_bytes(bytes(2_000_000))
+    tracemalloc.start()
+    volume = read_volume(tmp_path / "a_200x100x100_uint8.raw")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert volume.data.flags.f_contiguous
+    assert peak < 2_300_000
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core import datasets
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.observer import normalized, xyz_from_spectrum
 from spectral_core.palette.presets import sine_light
@@ -17,6 +18,8 @@ from spectral_core.spectra_files import SpectrumKind, read_spectra
 from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 SOURCES = ("catalogue", "file", "values", "sine_nm")
+LARGEST_GRID = 100_000
+"""Steps of a grid past which a file is taken to be mistaken."""
 
 
 def encoded_grid(grid: SpectralGrid) -> dict[str, Any]:
@@ -46,7 +49,12 @@ def decoded_grid(table: dict[str, Any]) -> SpectralGrid:
             f"grid gives {', '.join(word for word in table if word != 'interpolation') or 'nothing'}; expected "
             "start_nm, stop_nm and step_nm, or wavelengths_nm"
         )
-    return SpectralGrid.uniform(*(float(table[word]) for word in steps), interpolation=interpolation)
+    start, stop, step = (require_range(word, table[word], 1e-3, 1e6, " nm") for word in steps)
+    if (stop - start) / step > LARGEST_GRID:
+        raise InvalidInputError(
+            f"a grid from {start:g} to {stop:g} nm by {step:g} nm; expected at most {LARGEST_GRID} steps"
+        )
+    return SpectralGrid.uniform(start, stop, step, interpolation=interpolation)
 
 
 def encoded_spectrum(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any]:

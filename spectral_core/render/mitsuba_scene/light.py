@@ -40,7 +40,7 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
         return []
     if isinstance(light, AreaLight):
         return _area(context, light, color)
-    intensity = light.power_w / (4 * np.pi**2)
+    intensity = light.power_w / (4 * np.pi)
     if isinstance(light, SpotLight):
         return [_spot(context, light, color, intensity)]
     return [_point(context, light, color, intensity)]
@@ -52,32 +52,43 @@ def _point(context: Context, light: PointLight, color: Color | Spectrum, intensi
         return context.load(
             {"type": "point", "position": center, "intensity": _emitted(context, light, color, intensity)}
         )
-    radiance = intensity / (np.pi * light.radius**2)
+    return _ball(context, light, color, intensity)
+
+
+def _ball(
+    context: Context, light: PointLight | SpotLight, color: Color | Spectrum, intensity: float, **cone: Any
+) -> Any:
+    emitter: dict[str, Any] = {
+        "type": "blender_ball",
+        "center": context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3]),
+        "softening": float(light.radius) if light.soft_falloff else 0.0,
+        "radiance": _emitted(context, light, color, intensity / (np.pi * light.radius**2)),
+        **cone,
+    }
     return context.load(
         {
             "type": "sphere",
-            "center": center,
+            "center": [float(value) for value in light.world_from_light[:3, 3]],
             "radius": float(light.radius),
             "bsdf": {"type": "null"},
-            "emitter": {"type": "area", "radiance": _emitted(context, light, color, radiance)},
+            "emitter": emitter,
         }
     )
 
 
 def _spot(context: Context, light: SpotLight, color: Color | Spectrum, intensity: float) -> Any:
-    to_world = light.world_from_light.copy()
-    lengths = np.linalg.norm(to_world[:3, :3], axis=0)
-    to_world[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
-    return context.load(
-        {
-            "type": "blender_spot",
-            "to_world": context.mitsuba.ScalarTransform4f(to_world),
-            "intensity": _emitted(context, light, color, intensity),
-            "radius": float(light.radius),
-            "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
-            "blend": float(light.blend),
-        }
-    )
+    mi = context.mitsuba
+    axis = -light.world_from_light[:3, 2]
+    cone = {
+        "axis": mi.ScalarVector3f(axis / max(float(np.linalg.norm(axis)), 1e-30)),
+        "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
+        "blend": float(light.blend),
+    }
+    if light.radius > 0:
+        return _ball(context, light, color, intensity, **cone)
+    center = mi.ScalarPoint3f(light.world_from_light[:3, 3])
+    emitted = _emitted(context, light, color, intensity)
+    return context.load({"type": "blender_spot", "center": center, "intensity": emitted, **cone})
 
 
 def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_sphere: tuple[Array, float]) -> list[Any]:
@@ -177,6 +188,24 @@ def world_emitter(context: Context, world: World) -> Any | None:
     return world_emitter(context, first)
 
 
+def _rows_from_pole_to_pole(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The same image with its first and last row at the poles, as Mitsuba reads it.
+
+    An image's rows are centers of equal bands. Twice as many rows and one hold a linear interpolation between them
+    exactly; an image of 1024 rows or more is fine enough to keep its size.
+    """
+    height, width = rows.shape[:2]
+    nodes = 2 * height + 1 if height < 1024 else height
+    place = np.clip(np.linspace(0, height, nodes) - 0.5, 0, height - 1)
+    low = np.minimum(place.astype(int), max(height - 2, 0))
+    high = np.minimum(low + 1, height - 1)
+    share = (place - low)[:, None, None].astype(np.float32)
+    resampled = rows[low] * (1 - share) + rows[high] * share
+    if width < 2:
+        resampled = np.repeat(resampled, 2, axis=1)
+    return np.ascontiguousarray(resampled, dtype=np.float32)
+
+
 def _environment(context: Context, world: World, image: ImageTexture) -> Any | None:
     mi = context.mitsuba
     pixels = np.maximum(paint.color_pixels(image), 0.0)
@@ -184,9 +213,7 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
         return None
     if pixels.shape[2] == 1:
         pixels = np.repeat(pixels, 3, axis=2)
-    rows_from_top = np.ascontiguousarray(pixels[::-1], dtype=np.float32)
-    if min(rows_from_top.shape[:2]) < 2:  # Mitsuba needs two pixels along each axis to interpolate
-        rows_from_top = np.repeat(np.repeat(rows_from_top, 2, axis=0), 2, axis=1)
+    rows_from_top = _rows_from_pole_to_pole(pixels[::-1])
     # Mitsuba's own D65 has Y = 1 after its film divides by the integral of ȳ; ours has Y = 1 as it is
     unit = float(mi.MI_CIE_Y_NORMALIZATION) if context.spectral else 1.0
     scale = float(world.strength) * unit

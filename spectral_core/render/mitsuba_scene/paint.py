@@ -61,7 +61,7 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
 def constant_emission(context: Context, paint: Color | Spectrum, strength: float) -> Any:
     """Texture of the same emitted spectrum everywhere, in radiance or, for lights, in radiant intensity."""
     if context.spectral:
-        return sampled_spectrum(context, emitted_spectrum(paint).scaled(strength))
+        return sampled_spectrum(context, emitted_spectrum(paint, context.white).scaled(strength))
     rgb = emitted_rgb(paint) * strength
     return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb), "unbounded": True})
 
@@ -70,22 +70,26 @@ def emitted_rgb(paint: Color | Spectrum) -> Array:
     """Linear sRGB (3,) that a light of this paint adds to white; Y = 1 for a sampled spectrum."""
     if isinstance(paint, Color):
         return np.asarray(paint.linear_rgb)
-    return RGB_FROM_XYZ @ xyz_of(_with_unit_luminance(paint))
+    return RGB_FROM_XYZ @ xyz_of(unit_luminance(paint))
 
 
-def emitted_spectrum(paint: Color | Spectrum) -> Spectrum:
-    """Radiance per nm of a light: D65 tinted by a color, or a sampled spectrum with Y = 1."""
+def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> Spectrum:
+    """Radiance per nm of a light: ``white`` (D65) tinted by a color, or a sampled spectrum with Y = 1."""
     if isinstance(paint, Spectrum):
-        return _with_unit_luminance(paint)
+        return unit_luminance(paint)
+    white = white or white_light()
     rgb = np.maximum(paint.linear_rgb, 0.0)
     size = float(rgb.max())
     if size == 0:
-        return white_light().scaled(0.0)
+        return white.scaled(0.0)
+    if np.ptp(rgb) == 0:  # a gray tints nothing: the white keeps its own knots
+        return white.scaled(size)
     grid = SpectralGrid(WAVELENGTHS_NM)
-    return Spectrum("emitted color", grid, white_light().at(WAVELENGTHS_NM) * upsampled(rgb / size) * size)
+    return Spectrum("emitted color", grid, white.at(WAVELENGTHS_NM) * upsampled(rgb / size) * size)
 
 
-def _with_unit_luminance(light: Spectrum) -> Spectrum:
+def unit_luminance(light: Spectrum) -> Spectrum:
+    """The light scaled to Y = 1 under a perfect white; one that is zero everywhere stays so."""
     if not np.any(light.values):
         return light
     return normalized(Illuminant(light.name, light.grid, light.values, source=light.source))

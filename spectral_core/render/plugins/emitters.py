@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights with Blender's falloffs: ``blender_spot`` and ``blender_area``."""
+"""Lights with Blender's falloffs: ``blender_spot``, ``blender_ball`` and ``blender_area``."""
 
 from __future__ import annotations
 
@@ -13,71 +13,49 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the emitters for the active variant."""
     number = partial(opaque_number, mi, dr)
 
-    class BlenderSpot(mi.Emitter):
-        """A point or a ball behind a cone with a soft edge, shining along local -Z.
+    class Cone:
+        """Where a spot shines: Cycles' spot_light_attenuation, a smooth step in the cosine from the edge inwards."""
 
-        ``intensity``: radiant intensity on the axis; ``radius``; ``cosine``: of half the cone angle; ``blend``: the
-        soft share. It has no surface that a path could hit, so sharp mirrors do not show it.
-        """
+        def __init__(self, properties: Any) -> None:
+            cosine = properties["cosine"]
+            self.cosine = number(cosine)
+            self.softness = number(max(1e-6, (1.0 - cosine) * properties["blend"]))
+            self.axis = [number(value) for value in properties["axis"]]
+
+        def __call__(self, toward_receiver: Any) -> Any:
+            cosine = dr.dot(toward_receiver, mi.Vector3f(*self.axis))
+            step = dr.clip((cosine - self.cosine) / self.softness, 0.0, 1.0)
+            return step * step * (3.0 - 2.0 * step)
+
+    class BlenderSpot(mi.Emitter):
+        """A point behind a cone with a soft edge: ``intensity``, ``center``, ``axis``, ``cosine``, ``blend``."""
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.m_flags = mi.EmitterFlags.DeltaPosition
             self.m_needs_sample_3 = False
-            self.intensity = properties["intensity"]
-            radius, cosine = properties.get("radius", 0.0), properties["cosine"]
-            self.is_ball = radius > 0
-            self.radius, self.cosine = number(radius), number(cosine)
-            self.softness = number(max(1e-6, (1.0 - cosine) * properties["blend"]))
-            to_world = properties["to_world"]
-            matrix = to_world.matrix if hasattr(to_world, "matrix") else to_world
-            self.place = [float(matrix[i, 3]) for i in range(3)]
+            self.intensity, self.cone = properties["intensity"], Cone(properties)
+            self.place = [float(value) for value in properties["center"]]
             self.center = [number(value) for value in self.place]
-            self.axis = [number(-float(matrix[i, 2])) for i in range(3)]
-
-        def falloff(self, toward_receiver: Any) -> Any:
-            """Cycles' spot_light_attenuation: a smooth step in the cosine, from the cone's edge inwards."""
-            cosine = dr.dot(toward_receiver, mi.Vector3f(*self.axis))
-            step = dr.clip((cosine - self.cosine) / self.softness, 0.0, 1.0)
-            return step * step * (3.0 - 2.0 * step)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            center = mi.Point3f(*self.center)
-            to_center = center - it.p
-            distance_squared = dr.squared_norm(to_center)
-            inv_distance = dr.rsqrt(distance_squared)
-            to_center *= inv_distance
-            # the ball covers a cone of directions: sine² of its half angle, kept below 1 inside of it
-            sine_squared = dr.minimum(self.radius * self.radius / distance_squared, 0.999)
-            cosine = dr.sqrt(1.0 - sine_squared)
-            rise = dr.select(sine_squared < 1e-4, 0.5 * sine_squared, 1.0 - cosine)
-            # uniform in the cone; where the ball is a point this is its center
-            off_axis = rise * sample.x
-            sine = dr.safe_sqrt(off_axis * (2.0 - off_axis))
-            turn = 2.0 * dr.pi * sample.y
-            local = mi.Vector3f(sine * dr.cos(turn), sine * dr.sin(turn), 1.0 - off_axis)
-            direction = mi.Frame3f(to_center).to_world(local)
-            reach = dr.rcp(inv_distance)
-            depth = dr.safe_sqrt(self.radius * self.radius - distance_squared * sine * sine)
             ds = dr.zeros(mi.DirectionSample3f)
-            ds.d, ds.dist = direction, dr.maximum(reach * local.z - depth, 0.0)
-            ds.p, ds.n, ds.time = it.p + direction * ds.dist, -direction, it.time
+            ds.p, ds.time = mi.Point3f(*self.center), it.time
+            ds.d = ds.p - it.p
+            ds.dist = dr.norm(ds.d)
+            ds.d /= ds.dist
+            ds.n = -ds.d
             ds.pdf, ds.delta = mi.Float(1.0), mi.Bool(True)
             ds.emitter = mi.EmitterPtr(self)
-            si = dr.zeros(mi.SurfaceInteraction3f)
-            si.wavelengths, si.time, si.p = it.wavelengths, it.time, ds.p
-            # radiance intensity / (π r²) times the cone's solid angle 2π · rise, or the inverse square of a point
-            per_area = 2.0 * rise / (self.radius * self.radius) if self.is_ball else inv_distance * inv_distance
-            weight = self.falloff(-direction) * per_area
-            return ds, self.intensity.eval(si, active) * dr.select(active, weight, 0.0)
+            return ds, dr.select(active, self.eval_direction(it, ds, active), 0.0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return mi.Float(0.0)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             si = dr.zeros(mi.SurfaceInteraction3f)
-            si.wavelengths, si.p = it.wavelengths, ds.p
-            return self.intensity.eval(si, active) * self.falloff(-ds.d) / (ds.dist * ds.dist)
+            si.wavelengths, si.p, si.time = it.wavelengths, ds.p, it.time
+            return self.intensity.eval(si, active) * self.cone(-ds.d) / (ds.dist * ds.dist)
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return mi.Spectrum(0.0)
@@ -90,6 +68,59 @@ def register(mi: Any, dr: Any) -> None:
 
         def to_string(self) -> str:
             return "BlenderSpot"
+
+    class BlenderBall(mi.Emitter):
+        """A glowing ball: ``radiance``, optionally within a cone, optionally with Blender's soft falloff.
+
+        Soft falloff (``softening``: the radius, else 0): Cycles then lights as a disk of the ball's radius that faces
+        the receiver at its center, which is less than the ball does by d² / (d² + r²).
+        """
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.m_flags = mi.EmitterFlags.Surface
+            self.m_needs_sample_3 = False
+            self.radiance = properties["radiance"]
+            self.center = [number(value) for value in properties["center"]]
+            self.softening = number(properties["softening"])
+            self.cone = Cone(properties) if "cosine" in properties else None
+
+        def strength(self, receiver: Any, direction: Any) -> Any:
+            """What a receiver gets of the radiance along ``direction``, towards the ball."""
+            squared = dr.squared_norm(mi.Point3f(*self.center) - receiver)
+            softened = squared / (squared + self.softening * self.softening)
+            return softened if self.cone is None else softened * self.cone(-direction)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            toward = si.to_world(si.wi)
+            amount = self.strength(si.p + toward * si.t, -toward)
+            return self.radiance.eval(si, active) * dr.select(mi.Frame3f.cos_theta(si.wi) > 0.0, amount, 0.0)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            ds = self.get_shape().sample_direction(it, sample, active)
+            usable = active & (ds.pdf > 0.0) & (dr.dot(ds.d, ds.n) < 0.0)
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            ds.emitter = mi.EmitterPtr(self)
+            value = self.radiance.eval(si, usable) * self.strength(it.p, ds.d) / ds.pdf
+            return ds, dr.select(usable, value, 0.0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            value = self.get_shape().pdf_direction(it, ds, active)
+            return dr.select(dr.dot(ds.d, ds.n) < 0.0, value, 0.0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            facing = dr.dot(ds.d, ds.n) < 0.0
+            return self.radiance.eval(si, active) * dr.select(facing, self.strength(it.p, ds.d), 0.0)
+
+        def bbox(self) -> Any:
+            return self.get_shape().bbox()
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "BlenderBall"
 
     class BlenderArea(mi.Emitter):
         """A surface that emits ``radiance`` to its front, to both sides, or within a spread.
@@ -147,4 +178,5 @@ def register(mi: Any, dr: Any) -> None:
             return "BlenderArea"
 
     mi.register_emitter("blender_spot", lambda properties: BlenderSpot(properties))
+    mi.register_emitter("blender_ball", lambda properties: BlenderBall(properties))
     mi.register_emitter("blender_area", lambda properties: BlenderArea(properties))

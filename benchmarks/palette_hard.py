@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Palettes made to break solvers: nothing may be called solved that is not, and engines must agree.
+
+2,400 generated problems (60 with ``--quick``; an extra number sets another first seed). Each solution that is called
+solved or a compromise is checked here again, apart from the library's own check: bounds from its spectra, optimality
+from the gradient of a statement of its own. Every fourth problem is also given to each engine by itself.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from time import perf_counter
+
+import numpy as np
+
+from benchmarks import Options
+from benchmarks._palette_hard_cases import hard_problem
+from benchmarks._palette_hard_check import independent_kkt
+from spectral_core.palette import PaletteProblem, solve_palette
+from spectral_core.palette.engines import ENGINES
+from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.phase_solve import solve_phase
+from spectral_core.palette.state import initial_state
+from spectral_core.palette.wishes import compiled_wishes
+
+LIMIT = 1e-6
+
+
+def run(options: Options) -> dict:
+    """Print and return the counts; every count of wrong answers must be 0."""
+    first = int(options.extra[0]) if options.extra else 0
+    count = 60 if options.quick else 2400
+    statuses: Counter[str] = Counter()
+    by_trap: dict[str, Counter[str]] = defaultdict(Counter)
+    wrong, worst, no_remedy, crashes = 0, 0.0, 0, 0
+    differences: list[float] = []
+    compared = 0
+    started = perf_counter()
+    for seed in range(first, first + count):
+        problem, traps = hard_problem(seed)
+        try:
+            solution = solve_palette(problem, explain=False)
+        except Exception as error:  # a crash is what is being counted
+            crashes += 1
+            print(f"seed {seed}: {type(error).__name__}: {error}")
+            continue
+        statuses[solution.status.value] += 1
+        for trap in traps[1:]:
+            by_trap[trap][solution.status.value] += 1
+        no_remedy += bool(solution.status.value != "solved" and not solution.remedy)
+        if solution.status.trusted:
+            kkt = max(solution.kkt_residual, independent_kkt(solution))
+            worst = max(worst, kkt)
+            wrong += bool(kkt > LIMIT or solution.bound_violation > 1e-9)
+        if seed % 4 == 0:
+            difference = _engine_difference(problem)
+            compared += difference is not None
+            differences += [difference] if difference is not None else []
+    return _report(statuses, by_trap, {
+        "problems": count,
+        "called_right_but_wrong": wrong,
+        "worst_kkt_called_right": worst,
+        "crashes": crashes,
+        "without_remedy": no_remedy,
+        "engine_comparisons": compared,
+        "engine_difference_linear_rgb": float(max(differences, default=0.0)),
+        "seconds": perf_counter() - started,
+    })  # fmt: skip
+
+
+def _engine_difference(problem: PaletteProblem) -> float | None:
+    """Largest difference in linear RGB between the answers of all engines that claim success; None if under two do."""
+    builder = PhaseBuilder(problem, compiled_wishes(problem))
+    state = initial_state(problem)
+    phase = builder.build("reflectances", state)
+    wished = [target.cell for target in builder.wishes.targets]
+    wished += [cell for group in builder.wishes.groups for cell in group.members]
+    shown = []
+    for name in ENGINES:
+        if phase.problem.size > 250 and name in ("bvls", "daqp"):
+            continue  # minutes
+        if phase.problem.has_equalities and name in ("bvls", "tied"):
+            continue
+        answer = solve_phase(phase.problem, name)
+        if answer.check.passed and not answer.infeasible:
+            colors = state.with_reflectances(dict(zip(phase.items, answer.blocks, strict=True))).colors()
+            shown.append(np.array([colors[cell] for cell in wished]))
+    if len(shown) < 2 or not wished:
+        return None
+    return float(np.max([np.abs(each - shown[0]).max() for each in shown[1:]]))
+
+
+def _report(statuses: Counter[str], by_trap: dict[str, Counter[str]], figures: dict) -> dict:
+    print(f"{figures['problems']} hard palettes in {figures['seconds']:.0f} s: {dict(statuses)}")
+    names = sorted(statuses)
+    print(f"{'trap':28}" + "".join(f"{name:>16}" for name in names))
+    for trap in sorted(by_trap):
+        print(f"{trap:28}" + "".join(f"{by_trap[trap][name]:16d}" for name in names))
+    print(
+        f"called right but wrong: {figures['called_right_but_wrong']} (worst KKT "
+        f"{figures['worst_kkt_called_right']:.1e}); crashes: {figures['crashes']}; "
+        f"not solved and without remedy: {figures['without_remedy']}"
+    )
+    print(
+        f"engines that all claim success differ by at most {figures['engine_difference_linear_rgb']:.1e} in linear RGB "
+        f"({figures['engine_comparisons']} problems)"
+    )
+    return {**figures, "statuses": dict(statuses), "by_trap": {trap: dict(each) for trap, each in by_trap.items()}}

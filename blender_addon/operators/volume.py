@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The transfer function of the active Volume: presets, files, materials, colours from the palette."""
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper, ImportHelper
+
+from spectral_core.errors import InvalidInputError
+
+from ..properties import volume as stored
+from ..properties import volume_transfer
+from .common import UNDOABLE, palette_in, reporting
+from .palette_solve import store_result
+
+PRESETS = [
+    ("wide", "Wide", "Three overlapping, mostly transparent materials over the whole range", 0),
+    ("narrow", "Shells", "Two isosurface-like shells", 1),
+    ("opaque", "Solid", "Two solid materials: nearly nothing is seen through either", 2),
+    ("xray", "Radiograph", "Light in proportion to the value, none taken", 3),
+    ("edges", "Edges", "Only where the value changes quickly", 4),
+]
+
+
+def volume_in(context):
+    """The Volume data-block that is being looked at, None where there is none."""
+    shown = getattr(context, "volume", None)
+    if shown is not None:
+        return shown
+    active = context.object
+    return active.data if active is not None and active.type == "VOLUME" else None
+
+
+def _required(context):
+    found = volume_in(context)
+    if found is None:
+        raise InvalidInputError("there is no active Volume object; select one")
+    return found
+
+
+def _voxels(context, data):
+    """The data at the present frame: only an evaluated copy knows which one that is."""
+    from ..translate.volumes import voxels_of
+
+    return voxels_of(data.evaluated_get(context.evaluated_depsgraph_get()))
+
+
+def _active_material(context):
+    settings = _required(context).spectral
+    if not len(settings.materials):
+        raise InvalidInputError("the volume has no material; add one first")
+    return settings.materials[min(settings.active, len(settings.materials) - 1)]
+
+
+class _OnVolume:
+    bl_options = UNDOABLE
+
+    @classmethod
+    def poll(cls, context):
+        return volume_in(context) is not None
+
+
+class SPECTRAL_OT_transfer_preset(_OnVolume, bpy.types.Operator):
+    """Replace the transfer function by a ready-made one that fits the data"""
+
+    bl_idname = "spectral.transfer_preset"
+    bl_label = "Transfer Function Preset"
+    preset: EnumProperty(name="Preset", items=PRESETS)
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.volume.presets import preset
+        from spectral_core.volume.transfer_document import stated_in_fractions
+
+        data = _required(context)
+        voxels = _voxels(context, data)
+        fitted = preset(self.preset, voxels)
+        volume_transfer.store_transfer(data, stated_in_fractions(fitted, voxels, volume_transfer.value_range(data)))
+
+
+class SPECTRAL_OT_transfer_import(_OnVolume, bpy.types.Operator, ImportHelper):
+    """Replace the transfer function by one from a TOML or JSON file"""
+
+    bl_idname = "spectral.transfer_import"
+    bl_label = "Import Transfer Function"
+    filename_ext = ".toml"
+    filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.volume.transfer_document import stated_in_fractions
+        from spectral_core.volume.transfer_file import read_transfer
+
+        data = _required(context)
+        stated = read_transfer(bpy.path.abspath(self.filepath))
+        if (stated.values, stated.length) != ("fraction", "voxel"):
+            voxels, known = _voxels(context, data), volume_transfer.value_range(data)
+            stated = stated_in_fractions(stated.for_volume(voxels, known), voxels, known)
+        volume_transfer.store_transfer(data, stated)
+
+
+class SPECTRAL_OT_transfer_export(_OnVolume, bpy.types.Operator, ExportHelper):
+    """Write the transfer function as TOML or JSON, for other volumes and for the command line"""
+
+    bl_idname = "spectral.transfer_export"
+    bl_label = "Export Transfer Function"
+    bl_options = set()
+    filename_ext = ".toml"
+    filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
+    check_extension = None
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.volume.transfer_file import write_transfer
+
+        write_transfer(bpy.path.abspath(self.filepath), volume_transfer.stated_transfer(_required(context)))
+
+
+class SPECTRAL_OT_volume_material_add(_OnVolume, bpy.types.Operator):
+    """Add a material to the transfer function"""
+
+    bl_idname = "spectral.volume_material_add"
+    bl_label = "Add Material"
+
+    @reporting
+    def execute(self, context):
+        data = _required(context)
+        stored.add_material(data, "Material")
+        data.spectral.enabled = True
+
+
+class SPECTRAL_OT_volume_material_remove(_OnVolume, bpy.types.Operator):
+    """Remove the selected material from the transfer function"""
+
+    bl_idname = "spectral.volume_material_remove"
+    bl_label = "Remove Material"
+
+    @reporting
+    def execute(self, context):
+        _active_material(context)
+        data = _required(context)
+        stored.remove_material(data, min(data.spectral.active, len(data.spectral.materials) - 1))
+
+
+class SPECTRAL_OT_volume_curve_add(_OnVolume, bpy.types.Operator):
+    """Give the selected material a curve of its own for its emission or its edges"""
+
+    bl_idname = "spectral.volume_curve_add"
+    bl_label = "Add Curve"
+    which: EnumProperty(
+        name="Curve",
+        items=[("emission", "Emission", "Over the data", 0), ("gradient", "Edges", "Over their change", 1)],
+    )
+
+    @reporting
+    def execute(self, context):
+        stored.set_curve(_required(context), _active_material(context), self.which, [0.0, 1.0], [0.0, 1.0])
+
+
+def _palette_names(self, context, typed: str) -> list[str]:
+    return [entry.name for entry in palette_in(context).materials if typed.lower() in entry.name.lower()]
+
+
+class SPECTRAL_OT_volume_color_from_palette(_OnVolume, bpy.types.Operator):
+    """Take the spectrum that the palette designed for one of its materials"""
+
+    bl_idname = "spectral.volume_color_from_palette"
+    bl_label = "Take from Palette"
+    entry: StringProperty(name="Name", search=_palette_names, description="Material of the palette")
+
+    def invoke(self, context, _event):
+        return context.window_manager.invoke_props_dialog(self)
+
+    @reporting
+    def execute(self, context):
+        entries = {entry.name: entry for entry in palette_in(context).materials}
+        if self.entry not in entries:
+            known = ", ".join(entries) or "none"
+            raise InvalidInputError(f"the palette has no material named {self.entry!r}; it has: {known}")
+        store_result(_active_material(context), entries[self.entry])
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_OT_transfer_preset,
+        SPECTRAL_OT_transfer_import,
+        SPECTRAL_OT_transfer_export,
+        SPECTRAL_OT_volume_material_add,
+        SPECTRAL_OT_volume_material_remove,
+        SPECTRAL_OT_volume_curve_add,
+        SPECTRAL_OT_volume_color_from_palette,
+    )
+)

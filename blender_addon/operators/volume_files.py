@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volumes from files: written as OpenVDB beside the .blend, because that is what Blender's Volume objects read."""
+
+import hashlib
+from pathlib import Path
+
+import bpy
+import numpy as np
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    IntVectorProperty,
+    StringProperty,
+)
+from bpy_extras.io_utils import ImportHelper
+
+from spectral_core.errors import InvalidInputError
+
+from ..properties import volume_transfer
+from ..properties.volume import RANGE_KEY
+from .common import UNDOABLE, reporting
+from .volume import PRESETS
+
+ENDINGS = (
+    ".nrrd", ".nhdr", ".vdb", ".vtk", ".vti", ".npy", ".npz", ".tif", ".tiff", ".nii", ".nii.gz", ".mhd", ".mha",
+    ".dat", ".raw",
+)  # fmt: skip
+RAW_TYPES = [
+    (name, name, "", number)
+    for number, name in enumerate(("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"))
+]
+
+
+class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
+    """Import a volume (NRRD, NIfTI, VTK, OpenVDB, MetaImage, TIFF, NumPy, raw) with a transfer function"""
+
+    bl_idname = "spectral.volume_import"
+    bl_label = "Import Volume"
+    bl_options = UNDOABLE
+    filter_glob: StringProperty(default=";".join(f"*{ending}" for ending in ENDINGS), options={"HIDDEN"})
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    preset: EnumProperty(name="Transfer Function", items=PRESETS, default="wide")
+    size: FloatProperty(
+        name="Size", default=2.0, min=0.0, soft_max=10.0, unit="LENGTH",
+        description="Longest side of the volume in the scene; 0 keeps the file's own units",
+    )  # fmt: skip
+    sequence: BoolProperty(
+        name="Sequence",
+        default=False,
+        description="Import all files that differ from this one in their number, as frames",
+    )
+    field: StringProperty(name="Array", description="Which array, grid or key of a file that holds several")
+    component: IntProperty(
+        name="Component",
+        default=-1,
+        min=-1,
+        description="Which vector component, channel or time step; -1 for the only one",
+    )
+    raw: BoolProperty(name="Bare Numbers", default=False, description="The file has no header: say how it is laid out")
+    raw_shape: IntVectorProperty(name="Voxels", size=3, default=(256, 256, 256), min=1)
+    raw_type: EnumProperty(name="Type", items=RAW_TYPES, default="uint8")
+    raw_big_endian: BoolProperty(name="Big Endian", default=False)
+    raw_offset: IntProperty(
+        name="Offset", default=0, min=-1, description="Bytes before the data; -1: they end the file"
+    )
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for name in ("preset", "size", "sequence", "field", "component", "raw"):
+            layout.prop(self, name)
+        if self.raw:
+            box = layout.box()
+            for name in ("raw_shape", "raw_type", "raw_big_endian", "raw_offset"):
+                box.prop(self, name)
+
+    def invoke(self, context, event):
+        if self.directory and self.files:  # dropped onto the window: the files are chosen already
+            return context.window_manager.invoke_props_dialog(self)
+        return ImportHelper.invoke(self, context, event)
+
+    @reporting
+    def execute(self, context):
+        for path in self._paths():
+            _add_to_scene(context, *self._import(path), self.size)
+
+    def _paths(self) -> list[Path]:
+        named = [Path(self.directory) / file.name for file in self.files if file.name]
+        return named or [Path(bpy.path.abspath(self.filepath))]
+
+    def _import(self, path: Path):
+        """A Volume data-block of the file, or of the sequence that it is a frame of, and the (first) volume itself."""
+        from spectral_core.volume.files import RawLayout, find_sequence, read_volume, sequence_of
+
+        options = {"field": self.field or None, "component": None if self.component < 0 else self.component}
+        if self.raw:
+            order = "big" if self.raw_big_endian else "little"
+            options["raw"] = RawLayout(tuple(self.raw_shape), self.raw_type, order, self.raw_offset)
+        frames = None
+        if self.sequence:
+            frames = sequence_of(path)
+            if frames is None:
+                raise InvalidInputError(
+                    f"{path.name} is no frame of a sequence: no other file differs in its number only"
+                )
+            frames = find_sequence(frames.pattern, **options)
+            if frames.missing:
+                self.report({"WARNING"}, f"frames {', '.join(map(str, frames.missing[:8]))} have no file")
+        first = read_volume(path, **options) if frames is None else frames.read(frames.numbers[0])
+        data = bpy.data.volumes.new(first.name)
+        try:
+            _fill(data, path, first, frames, self._key())
+            _choose_preset(data, first, self.preset)
+        except Exception:
+            bpy.data.volumes.remove(data)
+            raise
+        return data, first
+
+    def _key(self) -> str:
+        raw = (*self.raw_shape, self.raw_type, self.raw_big_endian, self.raw_offset) if self.raw else ()
+        return f"{self.field} {self.component} {raw}"
+
+
+def _fill(data, path: Path, first, frames, key: str) -> None:
+    """Write the OpenVDB files of a data-block and point it to them."""
+    from spectral_core.volume.files import write_volume
+
+    low, high = first.value_range
+    stem = _stem(path if frames is None else Path(frames.pattern), key)
+    if frames is None:
+        target = folder_for_volumes() / f"{stem}.vdb"
+        write_volume(first, target)
+    else:
+        # Numbers in a row, for Blender counts frames from the first file's.
+        for place, number in enumerate(frames.numbers, 1):
+            volume = frames.read(number)
+            low, high = min(low, volume.value_range[0]), max(high, volume.value_range[1])
+            write_volume(volume, folder_for_volumes() / f"{stem}_{place:04d}.vdb")
+        target = folder_for_volumes() / f"{stem}_0001.vdb"
+        data.is_sequence, data.frame_start, data.frame_duration = True, 1, len(frames)
+    data.filepath = bpy.path.relpath(str(target)) if bpy.data.filepath else str(target)
+    data[RANGE_KEY] = [low, high]
+    settings = data.spectral
+    settings.source = str(path)
+    settings.facts = f"{' × '.join(map(str, first.shape))} voxels of {first.data.dtype}, {low:g} to {high:g}"
+    # The viewport shows the data as smoke: about opaque through the whole of them.
+    voxel = float(np.prod(first.voxel_size) ** (1 / 3))
+    data.display.density = 8.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
+
+
+def _choose_preset(data, volume, name: str) -> None:
+    from spectral_core.volume.presets import preset
+    from spectral_core.volume.transfer_document import stated_in_fractions
+
+    stated = stated_in_fractions(preset(name, volume), volume, volume_transfer.value_range(data))
+    volume_transfer.store_transfer(data, stated)
+
+
+def _add_to_scene(context, data, volume, size: float) -> None:
+    """An object of the data at the cursor, its longest side ``size`` long."""
+    corners = volume.corners_world
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    scale = 1.0 if size == 0 else size / float((high - low).max())
+    thing = bpy.data.objects.new(data.name, data)
+    thing.scale = (scale,) * 3
+    if size:
+        thing.location = np.array(context.scene.cursor.location) - scale * (low + high) / 2
+    context.collection.objects.link(thing)
+    for other in context.selected_objects:
+        other.select_set(False)
+    thing.select_set(True)
+    context.view_layer.objects.active = thing
+
+
+def _stem(path: Path, key: str) -> str:
+    """A file name that tells the source, and changes with it, so that no other volume's file is overwritten."""
+    try:
+        state = f"{path.stat().st_mtime_ns} {path.stat().st_size}"
+    except OSError:  # a pattern
+        state = ""
+    plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in path.name.split(".")[0])
+    mark = hashlib.sha256(f"{path.resolve()} {state} {key}".encode()).hexdigest()[:8]
+    return f"{plain.strip('_') or 'volume'}_{mark}"
+
+
+def folder_for_volumes() -> Path:
+    """Beside the .blend; for a file never saved in the extension's own folder, which outlives the session."""
+    if bpy.data.filepath:
+        folder = Path(bpy.data.filepath).parent / "volumes"
+        folder.mkdir(exist_ok=True)
+        return folder
+    package = __package__.rpartition(".")[0]
+    try:
+        return Path(bpy.utils.extension_path_user(package, path="volumes", create=True))
+    except ValueError:  # not installed as an extension, but run from its source
+        folder = Path(bpy.utils.user_resource("DATAFILES", path="spectral_scene", create=True)) / "volumes"
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+
+
+class SPECTRAL_FH_volume(bpy.types.FileHandler):
+    """Volume files may be dropped into the 3D view"""
+
+    bl_idname = "SPECTRAL_FH_volume"
+    bl_label = "Volume"
+    bl_import_operator = "spectral.volume_import"
+    bl_file_extensions = ";".join(ending for ending in ENDINGS if ending not in (".vdb", ".tif", ".tiff", ".nii.gz"))
+
+    @classmethod
+    def poll_drop(cls, context):
+        return context.area is not None and context.area.type == "VIEW_3D"
+
+
+def _import_entry(self, _context):
+    self.layout.operator("spectral.volume_import", text="Volume (.nrrd/.nii/.vti/.vdb/.mhd/.tif/.npy/.raw)")
+
+
+MENUS = ("TOPBAR_MT_file_import", "VIEW3D_MT_volume_add")
+_register, _unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_volume_import, SPECTRAL_FH_volume))
+
+
+def register() -> None:
+    """Register the importer and its menu entries."""
+    _register()
+    for name in MENUS:
+        getattr(bpy.types, name).append(_import_entry)
+
+
+def unregister() -> None:
+    """Take them away."""
+    for name in MENUS:
+        getattr(bpy.types, name).remove(_import_entry)
+    _unregister()

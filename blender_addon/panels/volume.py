@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panel "Spectral Volume" of Volume objects: materials with their curves and colours, steps and quality."""
+
+from functools import lru_cache
+
+import bpy
+import numpy as np
+
+from spectral_core import datasets
+from spectral_core.color import RGB_FROM_XYZ, display_rgb_from_linear, linear_rgb_from_xyz
+from spectral_core.errors import SpectralError
+from spectral_core.observer import normalized, xyz_of
+from spectral_core.spectrum import Illuminant, SpectralGrid
+
+from ..drawing.icons import swatch_icon
+from ..operators.volume import volume_in
+from ..properties.spectrum import spectrum_of
+from ..properties.volume import curve_node
+from .parts import draw_curve, draw_source, draw_swatches, is_editable, wrapped
+
+LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
+
+
+def scene_light(scene) -> Illuminant:
+    """The spectra of the scene's lights together, by their power; daylight where none carries a spectrum."""
+    together = np.zeros(LIGHT_GRID.size)
+    for thing in scene.objects:
+        if thing.type != "LIGHT" or thing.hide_render:
+            continue
+        try:
+            spectrum = spectrum_of(thing.data)
+        except SpectralError:
+            continue  # the light's own panel says what is wrong
+        shape = _daylight() if spectrum is None else normalized(spectrum).resampled(LIGHT_GRID, average=True).values
+        together += thing.data.energy * shape
+    return Illuminant("scene", LIGHT_GRID, together if together.any() else _daylight())
+
+
+@lru_cache(maxsize=1)
+def _daylight() -> np.ndarray:
+    return normalized(datasets.illuminant("D65")).resampled(LIGHT_GRID, average=True).values
+
+
+def swatch_of(entry, light: Illuminant) -> np.ndarray:
+    """sRGB (3,) of a volume's material under a light, or as it shines by itself."""
+    try:
+        spectrum = spectrum_of(entry)
+    except SpectralError:
+        spectrum = None
+    shown = normalized(light) if entry.lit else normalized(datasets.illuminant("D65"))
+    if spectrum is None:
+        tint = RGB_FROM_XYZ @ xyz_of(shown) / (RGB_FROM_XYZ @ xyz_of(normalized(datasets.illuminant("D65"))))
+        linear = np.array(entry.color) * tint
+    else:
+        linear = linear_rgb_from_xyz(xyz_of(shown, spectrum))
+    return np.clip(display_rgb_from_linear(linear), 0.0, 1.0)
+
+
+class SPECTRAL_UL_volume_materials(bpy.types.UIList):
+    """Materials with their colour under the scene's lights"""
+
+    light = Illuminant("daylight", LIGHT_GRID, np.ones(LIGHT_GRID.size))
+    """The scene's light, gathered once per draw of the panel instead of once per row."""
+
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name):
+        row = layout.row(align=True)
+        row.label(text="", icon_value=swatch_icon(swatch_of(item, self.light)))
+        row.prop(item, "name", text="", emboss=False)
+        row.prop(item, "density", text="", emboss=False)
+        row.label(text="", icon="LIGHT_SUN" if item.lit else "OUTLINER_OB_LIGHT")
+
+
+class _VolumePanel:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context):
+        return volume_in(context) is not None
+
+
+class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
+    """The transfer function of a volume"""
+
+    bl_label = "Spectral Volume"
+
+    def draw_header(self, context):
+        self.layout.prop(volume_in(context).spectral, "enabled", text="")
+
+    def draw(self, context):
+        data = volume_in(context)
+        settings, layout = data.spectral, self.layout
+        layout.enabled = is_editable(data)
+        layout.active = settings.enabled
+        if settings.facts:
+            layout.label(text=settings.facts, icon="VOLUME_DATA")
+        row = layout.row(align=True)
+        row.operator_menu_enum("spectral.transfer_preset", "preset", text="Preset")
+        row.operator("spectral.transfer_import", text="", icon="IMPORT")
+        row.operator("spectral.transfer_export", text="", icon="EXPORT")
+        SPECTRAL_UL_volume_materials.light = light = scene_light(context.scene)
+        row = layout.row()
+        row.template_list("SPECTRAL_UL_volume_materials", "", settings, "materials", settings, "active", rows=3)
+        side = row.column(align=True)
+        side.operator("spectral.volume_material_add", text="", icon="ADD")
+        side.operator("spectral.volume_material_remove", text="", icon="REMOVE")
+        if not len(settings.materials):
+            wrapped(layout, context, "Choose a preset, or add a material and draw where in the data it stands.")
+            return
+        active = settings.materials[min(settings.active, len(settings.materials) - 1)]
+        _draw_color(layout, context, active, light)
+        _draw_curves(layout, data, active)
+
+
+def _draw_color(layout, context, entry, light: Illuminant) -> None:
+    """What a material looks like."""
+    draw_source(layout, entry.spectral)
+    if len(context.scene.spectral.palette.materials):
+        layout.operator("spectral.volume_color_from_palette", icon="MOD_SIMPLIFY")
+    if entry.spectral.message:
+        message = layout.column()
+        message.alert = True
+        wrapped(message, context, entry.spectral.message, icon="ERROR")
+    if entry.spectral.source == "NONE":
+        layout.prop(entry, "color", text="")
+        draw_swatches(layout, (("In the scene's light", swatch_of(entry, light)),))
+    elif len(entry.spectral.samples):
+        draw_curve(layout, context, entry.spectral)
+    layout.prop(entry, "lit")
+
+
+def _draw_curves(layout, data, entry) -> None:
+    """Where in the data a material stands."""
+    _draw_curve_of(layout, data, entry, "density", "Density over the data", strength="density")
+    _draw_curve_of(layout, data, entry, "emission", "Emission over the data", strength="emission")
+    layout.prop(entry, "use_gradient")
+    if entry.use_gradient:
+        _draw_curve_of(layout, data, entry, "gradient", "Weight over the change", strength="gradient")
+
+
+def _draw_curve_of(layout, data, entry, which: str, title: str, *, strength: str) -> None:
+    box = layout.box()
+    row = box.row()
+    row.label(text=title)
+    row.prop(entry, strength, text="")
+    node = curve_node(data, entry, which)
+    if node is not None:
+        box.template_curve_mapping(node, "mapping", type="NONE")
+    elif which != "emission" or entry.emission > 0:
+        box.operator("spectral.volume_curve_add", text="Draw its Curve", icon="FCURVE").which = which
+
+
+class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
+    """How finely the volume is sampled, and how it is lit"""
+
+    bl_label = "Quality and Light"
+    bl_parent_id = "SPECTRAL_PT_volume"
+
+    def draw(self, context):
+        settings, layout = volume_in(context).spectral, self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.active = settings.enabled
+        layout.prop(settings, "quality_db", text="Quality (dB)")
+        layout.prop(settings, "rule")
+        layout.prop(settings, "lighting")
+
+
+class SPECTRAL_PT_volume_source(_VolumePanel, bpy.types.Panel):
+    """Where the data come from"""
+
+    bl_label = "Source"
+    bl_parent_id = "SPECTRAL_PT_volume"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        settings, layout = volume_in(context).spectral, self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(settings, "grid")
+        row = layout.row()
+        row.enabled = False
+        row.prop(settings, "source", text="Imported from")
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_UL_volume_materials, SPECTRAL_PT_volume, SPECTRAL_PT_volume_quality, SPECTRAL_PT_volume_source)
+)

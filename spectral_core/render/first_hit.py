@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a camera ray passes before it meets something: lamps that cameras do not see, and, for a film with transparent
+surroundings, everything that light goes straight through.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+MOST_LAYERS = 64
+"""Surfaces that one camera ray may pass; behind as many an environment counts as covered."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstHit:
+    """Walks camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
+
+    ``transparent``: the environment is not seen directly; ``radiance`` and coverage then leave it out.
+    """
+
+    mitsuba: Any
+    scene: Any
+    hidden: tuple[Any, ...]
+    transparent: bool
+    medium: Any | None = None
+    """What the camera stands in."""
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether walking changes anything."""
+        return bool(self.hidden) or self.transparent
+
+    def past_hidden(self, ray: Any) -> Any:
+        """The ray, started behind the hidden shapes that lie on its way before anything else."""
+        if not self.hidden:
+            return ray
+        import drjit as dr
+
+        mi = self.mitsuba
+        table = self._table()
+        bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
+
+        def body(origin: Any, length: Any, layers: Any, walking: Any) -> Any:
+            probe = mi.Ray3f(ray)
+            probe.o, probe.maxt = origin, length
+            si = self.scene.ray_intersect(probe, walking)
+            is_hidden = walking & si.is_valid() & self._is_hidden(table, si.shape)
+            onward = si.spawn_ray(ray.d)
+            origin = dr.select(is_hidden, onward.o, origin)
+            length = dr.select(is_hidden, length - si.t, length)
+            return origin, length, layers + 1, is_hidden & (layers + 1 < bounds)
+
+        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.UInt32(0), mi.Bool(True))
+        origin, length, _, _ = dr.while_loop(start, lambda _o, _l, _n, walking: walking, body)
+        ray.o, ray.maxt = origin, length
+        return ray
+
+    def straight_through(self, ray: Any) -> tuple[Any, Any]:
+        """Share of the environment that is seen straight along ``ray``, per wavelength, and that light itself."""
+        import drjit as dr
+
+        mi = self.mitsuba
+        bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
+
+        def body(origin: Any, length: Any, passed: Any, layers: Any, walking: Any) -> Any:
+            probe = mi.Ray3f(ray)
+            probe.o, probe.maxt = origin, length
+            si = self.scene.ray_intersect(probe, walking)
+            met = walking & si.is_valid()
+            clear = si.bsdf().eval_null_transmission(si, met)
+            passed = dr.select(met, passed * clear, passed)
+            onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)
+            # a walk that is cut off here has not reached the environment
+            passed = dr.select(met & ~onward, 0.0, passed)
+            origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
+            return origin, dr.select(onward, length - si.t, length), passed, layers + 1, onward
+
+        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Spectrum(1.0), mi.UInt32(0), mi.Bool(True))
+        _, _, passed, _, _ = dr.while_loop(start, lambda _o, _l, _p, _n, walking: walking, body)
+        environment = self.scene.environment()
+        if environment is None:
+            return passed, mi.Spectrum(0.0)
+        miss = dr.zeros(mi.SurfaceInteraction3f)
+        miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
+        return passed, environment.eval(miss)
+
+    def _table(self) -> Any:
+        """Flag per registry number of a shape."""
+
+        mi = self.mitsuba
+        numbers = [int(self._number(mi.ShapePtr(shape))[0]) for shape in self.hidden]
+        flags = np.zeros(max(numbers) + 1, np.uint32)
+        flags[numbers] = 1
+        return mi.UInt32(flags)
+
+    def _number(self, shape: Any) -> Any:
+        import drjit as dr
+
+        return dr.reinterpret_array(self.mitsuba.UInt32, shape)
+
+    def _is_hidden(self, table: Any, shape: Any) -> Any:
+        import drjit as dr
+
+        mi = self.mitsuba
+        number = self._number(shape)
+        known = number < dr.opaque(mi.UInt32, dr.width(table))
+        return dr.gather(mi.UInt32, table, number, known) == 1

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From stored transport to a picture: a matrix product over pixels, and a live mix that redoes only what changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.mitsuba_scene.paint import unit_luminance
+from spectral_core.render.relight.storage import flat_light
+from spectral_core.render.relight.transport import Transport
+from spectral_core.spectrum import Spectrum
+
+Pixels = NDArray[np.float32]
+
+
+def relight(
+    transport: Transport, *, lights: Mapping[str, Spectrum] | None = None, mix: Mapping[str, float] | None = None
+) -> Pixels:
+    """Picture (height, width, 4), linear sRGB and coverage, row 0 at the bottom.
+
+    ``lights``: new spectra by group, normalized to the luminance of white; the others keep theirs. ``mix``: intensity
+    by group relative to the render, at least 0; 1 for those not named. Raises UnknownNameError for a group that the
+    transport lacks, InvalidInputError for a negative intensity or a spectrum asked of a ``dial`` transport.
+    """
+    live = LiveMix(transport)
+    for group, light in (lights or {}).items():
+        live.set_light(group, light)
+    weights = np.ones(len(transport.groups))
+    for group, weight in (mix or {}).items():
+        weights[transport.index_of(group)] = weight
+    return live.picture(weights)
+
+
+class LiveMix:
+    """Pictures of one transport, one after the other. Each group's own picture is kept: a dial only adds them up."""
+
+    def __init__(self, transport: Transport) -> None:
+        self.transport = transport
+        height, width = transport.coverage.shape
+        self._shape = (height, width)
+        # one row per group, its pixels in the order of a picture, so that a mix is one product over contiguous rows
+        self._group_rgb = np.zeros((len(transport.groups), height * width * 3), np.float32)
+        self._known = [False] * len(transport.groups)
+        self._out = np.empty((height, width, 4), np.float32)
+        self._out[..., 3] = transport.coverage
+        self._mixed = np.empty(height * width * 3, np.float32)
+
+    def set_light(self, group: str, light: Spectrum) -> None:
+        """Give a group a new spectrum. Raises InvalidInputError on a ``dial`` transport."""
+        index = self.transport.index_of(group)
+        flat = float(unit_luminance(flat_light()).values[0])
+        matrix = self.transport.storage.rgb_from_channels(unit_luminance(light).scaled(1 / flat))
+        self._set(index, matrix)
+
+    def _set(self, index: int, rgb_from_channels: NDArray[np.float64]) -> None:
+        channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
+        pixels = self._group_rgb[index].reshape(-1, 3)
+        np.matmul(channels.T, rgb_from_channels.T.astype(np.float32), out=pixels)
+        self._known[index] = True
+
+    def _complete(self, amounts: NDArray[np.float64]) -> None:
+        """Groups that are lit and were given no spectrum shine as in the scene."""
+        kind = self.transport.storage.kind
+        for index, group in enumerate(self.transport.groups):
+            if self._known[index] or amounts[index] == 0:
+                continue
+            if kind == "dial":
+                self._set(index, np.eye(3))
+                continue
+            light = self.transport.lights[index]
+            if light is None:
+                raise InvalidInputError(
+                    f"the lights of group {group!r} had different spectra in the scene, which {kind!r} storage does "
+                    "not keep; name one spectrum for the group, or record one group per light"
+                )
+            self.set_light(group, light)
+
+    def picture(self, weights: ArrayLike) -> Pixels:
+        """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call writes over it."""
+        amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
+        if np.any(amounts < 0):
+            raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot take light away")
+        self._complete(amounts)
+        scaled = (amounts * self.transport.exposure).astype(np.float32)
+        np.matmul(scaled, self._group_rgb, out=self._mixed)
+        self._out[..., :3] = self._mixed.reshape(*self._shape, 3)
+        return self._out

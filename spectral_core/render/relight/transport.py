@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A transport render: what each light group contributes, stored so that light can be decided later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
+from spectral_core.render.relight.storage import Storage, flat_light
+from spectral_core.render.session import RenderResult, render_scene
+from spectral_core.scene import (
+    AddSurface,
+    Color,
+    Emission,
+    ImageTexture,
+    Light,
+    Material,
+    MixSurface,
+    Principled,
+    Scene,
+    Surface,
+    gray,
+    scene_hash,
+)
+from spectral_core.spectrum import Spectrum
+
+Pixels = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transport:
+    """Channels per light group. ``channels``: (groups, channels, height, width) float32, row 0 at the bottom.
+
+    ``coverage``: (height, width). ``lights``: the spectrum that each group had in the scene, with Y = 1, None where
+    its lights differ; ``exposure`` is applied when a picture is made. ``scene_hash``: of the scene it was made from.
+    """
+
+    storage: Storage
+    groups: tuple[str, ...]
+    channels: Pixels
+    coverage: Pixels
+    lights: tuple[Spectrum | None, ...]
+    exposure: float
+    scene_hash: str
+    samples: int
+    seed: int
+
+    def __post_init__(self) -> None:
+        expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
+        if self.channels.shape != expected or self.channels.dtype != np.float32:
+            raise InvalidInputError(
+                f"transport channels are {self.channels.dtype} of shape {self.channels.shape}; "
+                f"expected float32 of shape {expected}"
+            )
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.coverage.shape[1], self.coverage.shape[0]
+
+    def index_of(self, group: str) -> int:
+        """Place of a group among ``groups``. Raises UnknownNameError."""
+        if group not in self.groups:
+            raise UnknownNameError.among("light group of this transport", group, self.groups)
+        return self.groups.index(group)
+
+
+SAMPLING_LIGHTS: tuple[Spectrum, ...] = (flat_light(),)
+"""Wavelengths of a transport render are drawn for any light to come. A render with these ``sampling_lights`` and the
+same seed traces the very same paths, so that a relit picture equals it to float rounding."""
+
+
+def record_transport(
+    scene: Scene,
+    storage: Storage,
+    *,
+    one_per_light: bool = False,
+    render: Callable[..., RenderResult] = render_scene,
+    **options: Any,
+) -> Transport:
+    """Render each light group of ``scene`` by itself, under its own light (``dial``) or under flat light.
+
+    ``one_per_light``: every light becomes a group of its own name. ``render``: ``render_scene`` or the ``render`` of a
+    ``RenderProcess``; ``options`` are passed on to it (``on_progress``, ``should_stop``). Raises InvalidInputError for
+    a scene without light, RenderCancelled where it was stopped.
+    """
+    grouped = one_group_per_light(scene) if one_per_light else scene
+    if storage.kind != "dial":
+        options.setdefault("sampling_lights", SAMPLING_LIGHTS)
+    recorded = grouped if storage.kind == "dial" else under_flat_light(grouped)
+    result = render(recorded, groups=True, bands=storage.measured(), **options)
+    if result.status != "done":
+        raise RenderCancelled("the transport render was stopped; nothing was stored")
+    planes = result.group_pixels if storage.kind == "dial" else result.group_band_pixels
+    names = tuple(name for name in planes)
+    if not names:
+        raise InvalidInputError("the scene has no light, so there is no transport to store; add one")
+    count = storage.channel_count
+    channels = np.stack([np.ascontiguousarray(planes[name][..., :count].transpose(2, 0, 1)) for name in names])
+    exposure = scene.film.exposure
+    if storage.kind == "dial":
+        channels /= np.float32(exposure)  # the renderer exposes pictures, not bands
+    return Transport(
+        storage, names, channels, np.ascontiguousarray(result.pixels[..., 3]),
+        tuple(_group_light(grouped, name) for name in names), exposure, scene_hash(scene), result.samples,
+        scene.film.seed,
+    )  # fmt: skip
+
+
+def one_group_per_light(scene: Scene) -> Scene:
+    """The scene with every light, glowing object and the surroundings in a group of its own name."""
+    world = scene.world if scene.world.group else replace(scene.world, group="World")
+    return replace(
+        scene,
+        lights=tuple(replace(light, group=light.name) for light in scene.lights),
+        instances=tuple(replace(instance, group=instance.name) for instance in scene.instances),
+        world=world,
+    )
+
+
+def under_flat_light(scene: Scene) -> Scene:
+    """The scene with every emission colorless and of equal power per nm; images keep their colors as filters.
+
+    A spectrum given to a group later takes the place of a light's color, as it does in the scene itself.
+    """
+    lights: tuple[Light, ...] = tuple(replace(light, color=_colorless(light.color)) for light in scene.lights)
+    materials = tuple(
+        m if m.surface is None else replace(m, surface=_colorless_surface(m.surface)) for m in scene.materials
+    )
+    settings = replace(scene.settings, transport="spectral", white=flat_light())
+    world = scene.world if scene.world.is_black else replace(scene.world, color=_colorless(scene.world.color))
+    return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
+
+
+def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
+    """The scene with the lights of each named group wearing that spectrum: what a relit picture is compared with."""
+
+    def worn(item: Any) -> Any:
+        return replace(item, color=spectra[item.group]) if item.group in spectra else item
+
+    return replace(scene, lights=tuple(worn(light) for light in scene.lights), world=worn(scene.world))
+
+
+def _colorless(paint: Any) -> Any:
+    return paint if isinstance(paint, ImageTexture) else gray(1.0)
+
+
+def _colorless_surface(surface: Surface) -> Surface:
+    if isinstance(surface, Emission):
+        return replace(surface, color=_colorless(surface.color))
+    if isinstance(surface, Principled):
+        return replace(surface, emission_color=_colorless(surface.emission_color))
+    if isinstance(surface, (MixSurface, AddSurface)):
+        first, second = _colorless_surface(surface.first), _colorless_surface(surface.second)
+        return replace(surface, first=first, second=second)
+    return surface
+
+
+def _group_light(scene: Scene, group: str) -> Spectrum | None:
+    """The one spectrum that all lights of a group have, with Y = 1; None where they differ or a mesh glows."""
+    paints = [light.color for light in scene.lights if light.group == group]
+    if scene.world.group == group and not scene.world.is_black:
+        paints.append(gray(1.0) if scene.world.is_image else scene.world.color)
+    spectra = [unit_luminance(emitted_spectrum(p)) for p in paints if isinstance(p, (Color, Spectrum))]
+    if not spectra or len(spectra) != len(paints) or _glows(scene, group):
+        return None
+    first = spectra[0]
+    same = all(s.grid.same_as(first.grid) and np.allclose(s.values, first.values) for s in spectra[1:])
+    return first if same else None
+
+
+def _glows(scene: Scene, group: str) -> bool:
+    emitting = {material.name for material in scene.materials if _emits(material)}
+    return any(instance.group == group and emitting.intersection(instance.materials) for instance in scene.instances)
+
+
+def _emits(material: Material) -> bool:
+    pending: Sequence[Surface | None] = [material.surface]
+    while pending:
+        surface, *pending = pending
+        if isinstance(surface, Emission):
+            return True
+        if isinstance(surface, Principled) and surface.emission_strength != 0:
+            return True
+        if isinstance(surface, (MixSurface, AddSurface)):
+            pending = [*pending, surface.first, surface.second]
+    return False

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Transport in one multi-part EXR: a part per light group, a part for coverage, and what they mean in the header.
+
+Band channels follow the published layout of Fichet et al. 2021 (``S0.550,000000nm``), so that spectral viewers open
+them; ``dial`` parts are R, G, B; ``exact`` parts are X, Y, Z at each knot. A checksum over pixels and meaning lets a
+cut or edited file be refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.transport import Transport
+from spectral_core.render.spectral_exr import LAYOUT, openexr, spectral_channel
+from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+
+KIND, VERSION = "spectral-scene transport", 1
+_ATTRIBUTE = "spectralSceneTransport"
+_COVERAGE = "coverage"
+
+
+def write_transport(path: Path, transport: Transport) -> None:
+    """Write a transport file; lossless. Raises MissingDependencyError without OpenEXR."""
+    module = openexr()
+    meaning = json.dumps({**_meaning(transport), "checksum": _checksum(transport)})
+    layout = LAYOUT if transport.storage.kind == "bands" else {}
+    parts = []
+    for number, (group, planes) in enumerate(zip(transport.groups, transport.channels, strict=True)):
+        names = channel_names(transport.storage)
+        pixels = {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(names, planes, strict=True)}
+        header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, _ATTRIBUTE: meaning, **layout}
+        parts.append(module.Part(header, pixels, f"{number} {group or 'ungrouped'}"))
+    header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION}
+    parts.append(module.Part(header, {"A": np.ascontiguousarray(transport.coverage[::-1])}, _COVERAGE))
+    module.File(parts).write(str(path))
+
+
+def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
+    """Read a transport file. ``scene_hash``: refuse a file that was made from any other scene.
+
+    Raises FileFormatError for a file that is missing, cut, edited, of another kind or another scene; the message says
+    which, and what to do.
+    """
+    module = openexr()
+    try:
+        parts = module.File(str(path), separate_channels=True).parts
+    except Exception as error:  # OpenEXR raises RuntimeError and others of its own
+        raise FileFormatError(f"{path} cannot be read as an EXR file ({error}); record the transport again") from error
+    meaning = _read_meaning(path, parts)
+    transport = _assemble(path, meaning, parts)
+    if _checksum(transport) != meaning["checksum"]:
+        raise FileFormatError(
+            f"{path}: its pixels are not those that were recorded: the file was edited or damaged; record it again"
+        )
+    if scene_hash is not None and scene_hash != transport.scene_hash:
+        raise FileFormatError(
+            f"{path} was recorded from another scene, or from this one before a change; record it again"
+        )
+    return transport
+
+
+def channel_names(storage: Storage) -> list[str]:
+    """Names of the EXR channels of one group, in the order of the transport's channels."""
+    if storage.grid is None:
+        return ["R", "G", "B"]
+    labels = [spectral_channel(knot) for knot in storage.grid.wavelengths_nm]
+    if storage.kind == "bands":
+        return labels
+    return [label.replace("S0", axis) for label in labels for axis in "XYZ"]
+
+
+def _meaning(transport: Transport) -> dict[str, Any]:
+    grid = transport.storage.grid
+    return {
+        "kind": KIND,
+        "version": VERSION,
+        "storage": transport.storage.kind,
+        "wavelengths_nm": None if grid is None else grid.wavelengths_nm.tolist(),
+        "groups": list(transport.groups),
+        "lights": [None if light is None else _light_document(light) for light in transport.lights],
+        "white": "linear sRGB, white is D65; lights have the luminance of white",
+        "exposure": transport.exposure,
+        "scene_hash": transport.scene_hash,
+        "samples": transport.samples,
+        "seed": transport.seed,
+    }
+
+
+def _light_document(light: Spectrum) -> dict[str, Any]:
+    return {"name": light.name, "wavelengths_nm": light.grid.wavelengths_nm.tolist(), "values": light.values.tolist()}
+
+
+def _light_of(document: dict[str, Any] | None) -> Spectrum | None:
+    if document is None:
+        return None
+    return Illuminant(
+        document["name"], SpectralGrid(np.array(document["wavelengths_nm"])), np.array(document["values"])
+    )
+
+
+def _read_meaning(path: Path, parts: list[Any]) -> dict[str, Any]:
+    text = parts[0].header.get(_ATTRIBUTE) if parts else None
+    if text is None:
+        raise FileFormatError(f"{path} is an EXR picture, but no transport; make one with: spectral-scene transport")
+    try:
+        meaning: dict[str, Any] = json.loads(text)
+        known = meaning["kind"] == KIND and meaning["version"] <= VERSION
+    except (ValueError, KeyError, TypeError) as error:
+        raise FileFormatError(f"{path}: its header was edited and cannot be read ({error}); record it again") from error
+    if not known:
+        raise FileFormatError(f"{path} is of version {meaning.get('version')}; this program reads up to {VERSION}")
+    return meaning
+
+
+def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transport:
+    try:
+        knots = meaning["wavelengths_nm"]
+        storage = Storage(meaning["storage"], None if knots is None else SpectralGrid(np.array(knots)))
+        groups = tuple(meaning["groups"])
+        names = channel_names(storage)
+        planes = [[_plane(part, name) for name in names] for part in parts[: len(groups)]]
+        return Transport(
+            storage, groups, np.array(planes, dtype=np.float32), _plane(parts[len(groups)], "A"),
+            tuple(_light_of(light) for light in meaning["lights"]), float(meaning["exposure"]),
+            str(meaning["scene_hash"]), int(meaning["samples"]), int(meaning["seed"]),
+        )  # fmt: skip
+    except (KeyError, IndexError, TypeError, InvalidInputError) as error:
+        raise FileFormatError(f"{path} lacks a part or channel of its transport ({error}); record it again") from error
+
+
+def _plane(part: Any, name: str) -> NDArray[np.float32]:
+    return np.ascontiguousarray(part.channels[name].pixels[::-1], dtype=np.float32)
+
+
+def _checksum(transport: Transport) -> str:
+    digest = hashlib.sha256(json.dumps(_meaning(transport), sort_keys=True).encode())
+    digest.update(np.ascontiguousarray(transport.channels).tobytes())
+    digest.update(np.ascontiguousarray(transport.coverage).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures with their spectra in one EXR, in the published layout of Fichet, Pacanowski and Wilkie 2021.
+
+"An OpenEXR layout for spectral images", JCGT 10(3): one channel per wavelength, ``S0.550,000000nm``, beside R, G, B
+and A for programs that know no spectra.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.render.session import RenderResult
+
+LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
+_CHANNEL = re.compile(r"S0\.(\d+,\d+)nm")
+
+
+def openexr() -> Any:
+    """The OpenEXR module. Raises MissingDependencyError where it is not installed."""
+    try:
+        import OpenEXR
+    except ImportError as error:
+        raise MissingDependencyError.package("OpenEXR", "an EXR file", "render") from error
+    return OpenEXR
+
+
+def spectral_channel(wavelength_nm: float) -> str:
+    """Name of the channel of unpolarized radiance at a wavelength."""
+    return f"S0.{wavelength_nm:.6f}".replace(".", ",").replace("S0,", "S0.") + "nm"
+
+
+def write_spectral_exr(path: Path, result: RenderResult) -> Path:
+    """Write a render that measured bands; returns ``path``.
+
+    The bands' names must be their wavelengths in nm, as those of ``Bands.uniform`` are. Raises InvalidInputError for a
+    render without bands, MissingDependencyError without OpenEXR.
+    """
+    if result.bands is None or result.band_pixels is None:
+        raise InvalidInputError("this render measured no spectral bands; pass bands=Bands.uniform(...) when rendering")
+    module = openexr()
+    try:
+        wavelengths = [float(name) for name in result.bands.names]
+    except ValueError as error:
+        raise InvalidInputError(f"spectral bands are named by their wavelength in nm; {error}") from error
+    planes = {name: result.pixels[..., k] for k, name in enumerate("RGBA")}
+    planes |= {spectral_channel(w): result.band_pixels[..., k] for k, w in enumerate(wavelengths)}
+    # EXR's first row is the top one
+    pixels = {name: np.ascontiguousarray(plane[::-1], dtype=np.float32) for name, plane in planes.items()}
+    header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT}
+    module.File(header, pixels).write(str(path))
+    return path
+
+
+def read_spectral_exr(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Wavelengths (n,) in nm, ascending, and radiance (height, width, n), row 0 at the bottom, of a spectral EXR.
+
+    Raises FileFormatError for a file that cannot be read or has no spectral channel.
+    """
+    module = openexr()
+    try:
+        channels = module.File(str(path), separate_channels=True).parts[0].channels
+    except Exception as error:  # OpenEXR raises RuntimeError and others of its own
+        raise FileFormatError(f"{path} cannot be read as an EXR file ({error})") from error
+    found = {float(match[1].replace(",", ".")): name for name in channels if (match := _CHANNEL.fullmatch(name))}
+    if not found:
+        raise FileFormatError(
+            f"{path} has no spectral channel such as S0.550,000000nm; its channels: {', '.join(channels)}"
+        )
+    wavelengths = sorted(found)
+    planes = [channels[found[wavelength]].pixels[::-1] for wavelength in wavelengths]
+    return np.array(wavelengths), np.stack(planes, axis=-1).astype(np.float32)

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sampled volumes of a scene, shown by the integrator ``adaptive_volume`` around the one for surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.observer import STANDARD, observer
+from spectral_core.render.camera_rays import camera_frame
+from spectral_core.scene import Camera, Film, Scene, VolumeObject
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.integrator_settings import SceneVolume, integrator_dict, release
+from spectral_core.volume.plugin import register_integrator
+from spectral_core.volume.transfer import TransferFunction
+from spectral_core.volume.view import View
+
+LIGHTING = ("even", "scene", "shadows")
+"""How lit materials are lit: evenly by white, by the scene's lights, or by these with shadows to and from surfaces."""
+
+
+def volume_integrator(
+    mitsuba: Any, scene: Scene, surface: dict[str, Any], *, spectral: bool, own_light: bool = True
+) -> Any:
+    """The integrator for the volumes of ``scene`` before and among surfaces that ``surface`` describes.
+
+    Steps are chosen for the scene's camera. ``own_light`` False leaves out what does not come from the scene's lights,
+    so that the shares of light groups add up to the picture.
+    """
+    register_integrator()
+    lighting = max((_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
+    items = [_item(volume, lighting, spectral=spectral, own_light=own_light) for volume in scene.volumes]
+    rules = {volume.rule for volume in scene.volumes}
+    description = integrator_dict(
+        items,
+        surface,
+        rule=rules.pop() if len(rules) == 1 else "auto",
+        quality=float(np.clip(max(volume.quality for volume in scene.volumes), 10.0, 90.0)),
+        shading=lighting != "even",
+        shadows=lighting == "shadows",
+        channels=scene.film.transparent,
+        max_depth=int(surface.get("max_depth", 6)),
+    )
+    try:
+        integrator = mitsuba.load_dict(description)
+    finally:
+        for handle in description["handles"].split(","):
+            release(handle)
+    integrator.fields.prepare(view_of(scene.camera, scene.film))
+    return integrator
+
+
+def view_of(camera: Camera, film: Film) -> View:
+    """The camera as the pilot rays of a volume know one: square pixels, no lens, no shift."""
+    frame = camera_frame(camera, film)
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([-frame.right, frame.up, -frame.back, frame.origin], axis=1)
+    across, upwards = frame.high - frame.low
+    height = max(1, round(film.width * float(upwards / across)))
+    if camera.kind == "orthographic":
+        return View(matrix, film.width, height, fov_deg=None, ortho_width=float(across))
+    return View(matrix, film.width, height, fov_deg=float(np.degrees(2 * np.arctan(across / 2))))
+
+
+def _lighting(volume: VolumeObject) -> str:
+    return str(volume.options.get("lighting", "scene"))
+
+
+def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: bool) -> SceneVolume:
+    field = ScalarVolume(volume.name, volume.data, volume.world_from_index)
+    return SceneVolume(field, _radiant(volume.transfer, lighting, spectral=spectral, own_light=own_light))
+
+
+def _radiant(transfer: TransferFunction, lighting: str, *, spectral: bool, own_light: bool) -> TransferFunction:
+    """Colours in the renderer's unit: spectral radiance per nm whose sum over the observer's ȳ is luminance.
+
+    The volume room counts a flat spectrum of 1 as luminance 1; here that is 1 / ∑ȳ. What reflects the scene's light
+    takes the unit from the light.
+    """
+    unit = 1.0 / float(observer(STANDARD).cmfs[1].sum()) if spectral else 1.0
+    factor = unit if own_light else 0.0
+    materials = tuple(
+        material if material.lit and lighting != "even" else replace(material, color=material.color * factor)
+        for material in transfer.materials
+    )
+    return replace(transfer, materials=materials)

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``spectral-scene render`` and ``plan`` on .blend files, in this process."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+
+@pytest.fixture
+def saved(build, tmp_path):
+    """A small lit scene, saved: its path."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 20, 12
+    scene.spectral.render.samples = 3
+    scene.view_settings.view_transform = "Standard"
+    build.plane(size=20, material=build.material("Paper", Color=(0.5, 0.5, 0.5, 1)))
+    build.light("SUN", np.pi)
+    build.camera()
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def call(capfd, *arguments):
+    """Exit status, standard output and standard error of a command."""
+    from blender_addon.commands import main
+
+    status = main([str(argument) for argument in arguments])
+    out, error = capfd.readouterr()
+    return status, out, error
+
+
+def test_render_writes_png_through_the_view_transform(saved, tmp_path, capfd):
+    out = tmp_path / "pictures" / "plain {name}#.png"
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--samples", 5, "--json")
+    report = json.loads(text.splitlines()[-1])
+    assert status == 0 and out.is_file() and report["files"] == [str(out)]
+    assert report["frames"][0]["samples"] == 5 and report["frames"][0]["transport"] == "rgb"
+    assert report["colors"] == "sRGB through the file's view transform Standard"
+    image = bpy.data.images.load(str(out))
+    assert tuple(image.size) == (20, 12)
+    gray = np.array(image.pixels[:]).reshape(-1, 4)[:, :3]
+    np.testing.assert_allclose(gray, 1.055 * 0.5 ** (1 / 2.4) - 0.055, atol=0.01)  # linear 0.5 on an sRGB screen
+
+
+def test_render_writes_linear_exr_and_an_animation(saved, tmp_path, capfd):
+    bpy.context.scene.frame_end = 2
+    bpy.ops.wm.save_mainfile()
+    status, text, _ = call(capfd, "render", saved, "--out", tmp_path / "walk.exr", "--animation", "--json")
+    assert status == 0
+    assert [entry["frame"] for entry in json.loads(text.splitlines()[-1])["frames"]] == [1, 2]
+    image = bpy.data.images.load(str(tmp_path / "walk_0002.exr"))
+    np.testing.assert_allclose(np.array(image.pixels[:]).reshape(-1, 4)[:, :3], 0.5, rtol=0.02)
+
+
+def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
+    from spectral_core.render.spectral_exr import read_spectral_exr
+
+    out = tmp_path / "bands.exr"
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--bands", 7, "--samples", 64, "--json")
+    report = json.loads(text.splitlines()[-1])
+    assert status == 0 and report["frames"][0]["transport"] == "spectral" and "7 bands" in report["colors"]
+    wavelengths, radiance = read_spectral_exr(out)
+    np.testing.assert_allclose(wavelengths, np.linspace(400, 700, 7))
+    assert radiance.shape == (12, 20, 7) and radiance.min() > 0
+
+
+def test_plan_says_why(saved, capfd):
+    status, text, _ = call(capfd, "plan", saved, "--set", "bounces=3", "--json")
+    rows = {row["effect"]: row for row in json.loads(text.splitlines()[-1])["plan"]}
+    assert status == 0 and rows["transport"]["value"] == "rgb" and rows["bounces"]["value"] == "3"
+    assert rows["bounces"]["decided_by"] == "artist" and all(row["reason"] for row in rows.values())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["render", "absent.blend"], "there is no file"),
+        (["render", "SCENE", "--out", "picture.xyz"], r"picture.xyz ends in '.xyz'; expected one of .png"),
+        (["render", "SCENE", "--bands", "7"], "spectral bands fit into an .exr only; scene.png is none"),
+        (["render", "SCENE", "--samples", "0"], "--samples is 0; expected at least 1"),
+        (["render", "SCENE", "--set", "bounces"], "is not of the form EFFECT=VALUE"),
+        (["plan", "SCENE", "--set", "bounce=3"], "no effect is named 'bounce'; did you mean 'bounces'"),
+        (["render", "TEXT"], "notes.blend cannot be opened"),
+    ],
+)
+def test_what_is_wrong_is_one_clear_line_and_status_1(saved, tmp_path, capfd, arguments, message):
+    text_file = tmp_path / "notes.blend"
+    text_file.write_text("this is no Blender file")
+    places = {"SCENE": saved, "TEXT": text_file}
+    status, out, error = call(capfd, *[places.get(word, word) for word in arguments], "--json")
+    assert status == 1 and message in error.splitlines()[-1]
+    assert message in json.loads(out.splitlines()[-1])["error"]
+
+
+def test_without_bpy_it_says_what_to_install(saved, capfd, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "bpy", None)
+    status, _, error = call(capfd, "render", saved)
+    assert status == 1 and "pip install 'spectral-scene[blender]'" in error

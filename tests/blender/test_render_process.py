@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender and its user see when the renderer dies, is cancelled, or is asked from the command line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+
+@pytest.fixture
+def endless(build):
+    """A scene that would render for hours."""
+    from blender_addon import jobs
+
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL"
+    scene.render.resolution_x, scene.render.resolution_y = 32, 32
+    scene.spectral.render.samples = 1 << 22
+    build.plane(material=build.material())
+    build.light("POINT")
+    build.camera()
+    jobs.records.clear()
+    return scene
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """How many samples each picture had that was shown, as a list that grows."""
+    from blender_addon import engine
+
+    seen = []
+    write = engine.SpectralRenderEngine._write
+
+    def watch(self, pixels, layer, *rest, **options):
+        seen.append(time.monotonic())
+        return write(self, pixels, layer, *rest, **options)
+
+    monkeypatch.setattr(engine.SpectralRenderEngine, "_write", watch)
+    return seen
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 is a POSIX thing")
+def test_kill_9_is_an_error_and_the_next_render_works(endless, shown, monkeypatch):
+    from blender_addon import engine, jobs
+
+    def kill_once_something_is_shown(self):
+        if len(shown) == 2:
+            os.kill(jobs.process.process_id, signal.SIGKILL)
+            shown.append(0.0)
+        return False
+
+    monkeypatch.setattr(engine.SpectralRenderEngine, "_should_stop", kill_once_something_is_shown)
+    with pytest.raises(RuntimeError, match=r"render process was killed by signal 9.*rendering again starts a new one"):
+        bpy.ops.render.render()
+    assert [record.status for record in jobs.records] == ["failed"]
+    endless.spectral.render.samples = 2
+    bpy.ops.render.render()
+    assert jobs.records[-1].status == "done" and jobs.records[-1].samples == 2
+
+
+def test_cancel_keeps_what_was_rendered_and_answers_soon(endless, shown, monkeypatch):
+    from blender_addon import engine, jobs
+
+    asked = []
+
+    def stop(self):
+        if len(shown) >= 3 and not asked:
+            asked.append(time.monotonic())
+        return bool(asked)
+
+    monkeypatch.setattr(engine.SpectralRenderEngine, "_should_stop", stop)
+    bpy.ops.render.render()
+    answered = time.monotonic()
+    record = jobs.records[-1]
+    assert record.status == "cancelled" and record.samples >= 3
+    assert np.isfinite(record.result.pixels).all() and record.result.pixels[..., :3].any()
+    assert answered - asked[0] < 5, "half a second is promised past the pass in flight; this only guards against hours"
+
+
+@pytest.mark.parametrize(
+    ("words", "engine", "statuses", "expected"),
+    [
+        (["-f", "1"], "SPECTRAL", ["done"], None),
+        (["-f", "1"], "SPECTRAL", ["done", "failed"], 1),
+        (["-f", "1"], "SPECTRAL", [], 1),
+        (["-a"], "CYCLES", [], None),
+        (["-E", "SPECTRAL", "-a"], "CYCLES", [], 1),
+    ],
+)
+def test_exit_status_of_a_command_line_render(blender, monkeypatch, words, engine, statuses, expected):
+    from blender_addon import jobs
+
+    answers = []
+    monkeypatch.setattr(jobs.os, "_exit", answers.append)
+    monkeypatch.setattr(jobs.sys, "argv", ["blender", "-b", "scene.blend", *words])
+    monkeypatch.setattr(jobs, "_engine_asked", engine)
+    monkeypatch.setattr(jobs, "records", [jobs.RenderRecord(1, "ViewLayer", status, "why") for status in statuses])
+    jobs._exit_status()
+    assert answers == ([] if expected is None else [expected])

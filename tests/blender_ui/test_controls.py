@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every control that a panel shows exists in Blender, has a tooltip, and is driven by a test of this folder."""
+
+from __future__ import annotations
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("bpy")
+
+import blender_addon
+from blender_addon import interface
+
+PANELS = Path(blender_addon.__file__).parent / "panels"
+TESTS = Path(__file__).parent
+FILES = [file for file in sorted(PANELS.glob("*.py")) if file.stem != "volume"]  # whose room has tests of its own
+CALLS = [
+    node
+    for file in FILES
+    for node in ast.walk(ast.parse(file.read_text("utf-8")))
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+]
+
+
+def constants(method: str, position: int) -> list[str]:
+    """Constant string arguments at a place, of all calls of one layout method in the panels."""
+    found = [node.args[position] for node in CALLS if node.func.attr == method and len(node.args) > position]
+    return sorted({node.value for node in found if isinstance(node, ast.Constant) and isinstance(node.value, str)})
+
+
+SHOWN_PROPERTIES = constants("prop", 1)
+SHOWN_OPERATORS = sorted(
+    {name for method in ("operator", "operator_menu_enum", "operator_enum") for name in constants(method, 0)}
+)
+
+
+@pytest.fixture
+def groups(registered):
+    """All property groups of the extension, as RNA."""
+    classes = [cls for module in interface.PROPERTIES for cls in getattr(module, "CLASSES", ())]
+    return [cls.bl_rna for cls in (*classes, interface.scene.SpectralScene)]
+
+
+@cache
+def text_of_tests() -> str:
+    return "\n".join(file.read_text("utf-8") for file in TESTS.glob("test_*.py") if file.name != Path(__file__).name)
+
+
+def test_the_panels_were_read():
+    assert len(SHOWN_PROPERTIES) > 35
+    assert len(SHOWN_OPERATORS) > 15
+
+
+@pytest.mark.parametrize("name", SHOWN_PROPERTIES)
+def test_property_exists_has_a_label_and_is_driven(groups, name):
+    found = [rna.properties[name] for rna in groups if name in rna.properties]
+    assert found, f"no property group has {name!r}"
+    assert all(prop.name for prop in found)
+    assert re.search(rf"\b{name}\b", text_of_tests()), f"no test drives {name!r}"
+
+
+@pytest.mark.parametrize("name", SHOWN_OPERATORS)
+def test_operator_exists_has_a_tooltip_an_execute_and_is_driven(registered, name):
+    operator = getattr(registered.ops.spectral, name.removeprefix("spectral."))
+    rna = operator.get_rna_type()
+    assert len(rna.description) > 15
+    cls = getattr(registered.types, operator.idname())
+    assert "execute" in vars(cls)
+    assert re.search(rf"spectral\.{name.removeprefix('spectral.')}\b", text_of_tests()), f"no test calls {name!r}"
+
+
+def test_every_property_of_the_palette_has_a_tooltip_or_is_no_control(groups):
+    for rna in groups:
+        for prop in rna.properties:
+            if prop.identifier in SHOWN_PROPERTIES and prop.identifier != "name" and prop.type != "COLLECTION":
+                assert prop.description, f"{rna.identifier}.{prop.identifier} has no tooltip"
+
+
+def test_icons_of_the_panels_exist(registered):
+    known = set(registered.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items.keys())
+    used = {
+        keyword.value.value
+        for node in CALLS
+        for keyword in node.keywords
+        if keyword.arg == "icon" and isinstance(keyword.value, ast.Constant)
+    }
+    from blender_addon.panels.palette import STATUS
+    from blender_addon.properties.palette import DESIGN
+    from blender_addon.properties.palette_cell import MODES
+
+    used |= {icon for icon, _ in STATUS.values()} | {item[3] for item in (*MODES, *DESIGN)}
+    assert used <= known
+
+
+def test_enum_numbers_are_stated(groups):
+    """Files keep the number: without it, a new item in the middle would change the meaning of saved files."""
+    for file in (PANELS.parent / "properties").glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "EnumProperty":
+                items = next(keyword.value for keyword in node.keywords if keyword.arg == "items")
+                if isinstance(items, ast.List):
+                    assert all(isinstance(item.elts[-1].value, int) for item in items.elts)
+
+
+def test_registering_twice_leaves_nothing_behind(blender):
+    before = set(dir(blender.types))
+    blender_addon.unregister()
+    try:
+        assert not hasattr(blender.types.Scene, "spectral")
+        assert not hasattr(blender.types.Material, "spectral")
+        assert not [name for name in dir(blender.types) if name.startswith("SPECTRAL_")]
+    finally:
+        blender_addon.register()
+    assert set(dir(blender.types)) == before

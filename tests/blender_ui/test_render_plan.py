@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render panel: samples, transport, and the plan with its reasons and overrides."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.properties.render import overrides_of
+
+
+@pytest.fixture
+def settings(blender):
+    """A cube with a camera and a lamp, and its render settings."""
+    blender.ops.mesh.primitive_cube_add()
+    blender.context.object.data.materials.append(blender.data.materials.new("paint"))
+    blender.ops.object.camera_add(location=(0, -5, 0), rotation=(1.5708, 0, 0))
+    blender.context.scene.camera = blender.context.object
+    blender.ops.object.light_add(type="POINT", location=(2, -3, 3))
+    return blender.context.scene.spectral.render
+
+
+def line(settings, effect: str):
+    return settings.plan[effect]
+
+
+def test_the_plan_is_shown_with_reasons(blender, settings):
+    blender.ops.spectral.plan()
+    assert line(settings, "transport").value == "rgb"
+    assert all(decision.reason for decision in settings.plan)
+    lamp = blender.context.object.data
+    lamp.spectral.source = "CATALOGUE"
+    lamp.spectral.catalogue_name = "HP1"
+    blender.ops.spectral.plan()
+    assert line(settings, "transport").value == "spectral"
+    assert lamp.name in line(settings, "transport").reason or "Point" in line(settings, "transport").reason
+    assert line(settings, "transport").cost
+
+
+def test_a_decision_is_overridden_and_given_back(blender, settings):
+    blender.ops.spectral.plan()
+    blender.ops.spectral.plan_override(effect="transport", value="spectral")
+    assert settings.transport == "SPECTRAL"
+    assert line(settings, "transport").is_artists
+    assert line(settings, "transport").reason.startswith("set by the artist")
+    blender.ops.spectral.plan_release(effect="transport")
+    assert settings.transport == "AUTO"
+    assert not line(settings, "transport").is_artists
+    blender.ops.spectral.plan_override(effect="bounces", value="3")
+    assert overrides_of(settings) == {"bounces": "3"}
+    assert line(settings, "bounces").value == "3"
+    blender.ops.spectral.plan_release(effect="bounces")
+    assert overrides_of(settings) == {}
+
+
+@pytest.mark.parametrize(
+    ("effect", "value", "message"),
+    [("bounces", "many", "expected a whole number"), ("levitation", "on", "no effect is named 'levitation'")],
+)
+def test_a_wrong_override_is_refused_and_forgotten(blender, settings, effect, value, message):
+    with pytest.raises(RuntimeError, match=message):
+        blender.ops.spectral.plan_override(effect=effect, value=value)
+    assert overrides_of(settings) == {}
+
+
+def test_settings_reach_the_translated_scene(blender, settings):
+    from blender_addon.translate.scene import translate_scene
+
+    settings.samples, settings.seed, settings.transport, settings.tolerance = 17, 5, "RGB", 2.5
+    scene = translate_scene(blender.context.evaluated_depsgraph_get())
+    assert (scene.film.samples, scene.film.seed) == (17, 5)
+    assert scene.settings.transport == "rgb"
+    assert scene.settings.tolerance_delta_e == 2.5

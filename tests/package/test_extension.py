@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension zip: built, checked by Blender's own validator, installed into an empty profile, put to work."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+pytest.importorskip("bpy")
+
+INSIDE = """
+import json, sys
+sys.path[:] = [path for path in sys.path if path not in ("", {root!r})]
+import bpy
+bpy.ops.extensions.package_install_files(filepath={package!r}, repo="user_default", enable_on_install=True)
+import addon_utils, spectral_core
+from spectral_core.palette import presets, solve_palette
+scene = bpy.context.scene
+scene.render.engine = "SPECTRAL"
+scene.render.resolution_x, scene.render.resolution_y = 16, 12
+scene.spectral.render.samples = 1
+scene.render.filepath = {picture!r}
+answer = {{
+    "core": spectral_core.__file__,
+    "status": str(solve_palette(presets.hidden_mark()).status),
+    "rendered": list(bpy.ops.render.render(write_still=True)),
+    "violations": [str(item) for item in getattr(addon_utils, "_extensions_warnings", {{}}).values()],
+}}
+bpy.ops.preferences.addon_disable(module="bl_ext.user_default.spectral_scene")
+kinds = (bpy.types.Scene, bpy.types.Material, bpy.types.Light)
+answer["left_behind"] = [kind.__name__ for kind in kinds if hasattr(kind, "spectral")]
+print("ANSWER " + json.dumps(answer))
+"""
+
+
+@pytest.fixture(scope="module")
+def package() -> Path:
+    """The zip with wheels for this Python alone."""
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    build = [sys.executable, "scripts/build_extension.py", "--python", version, "--name", "test"]
+    done = subprocess.run(build, capture_output=True, text=True, cwd=ROOT, timeout=280)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "passes Blender's validator" in done.stdout
+    (built,) = (ROOT / "dist").glob("test-*.zip")
+    return built
+
+
+@pytest.mark.slow
+def test_zip_installs_solves_renders_and_leaves_nothing(package: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "picture.png"
+    code = INSIDE.format(root=str(ROOT), package=str(package), picture=str(picture))
+    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile"), "PYTHONPATH": ""}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, timeout=280,
+                          env=environment)  # fmt: skip
+    lines = [line for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
+    assert lines, done.stdout + done.stderr
+    answer = json.loads(lines[0].removeprefix("ANSWER "))
+
+    assert answer["core"].startswith(str(tmp_path / "profile"))
+    assert answer["status"] == "solved"
+    assert answer["rendered"] == ["FINISHED"]
+    assert answer["violations"] == []
+    assert answer["left_behind"] == []
+    assert picture.stat().st_size > 0

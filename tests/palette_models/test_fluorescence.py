@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescence: against sums over explicit bispectral matrices, within energy, and designed from both sides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core import datasets, observer
+from spectral_core.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.fluorescence import (
+    FluorescentDye,
+    FluorescentSurface,
+    color_from_light,
+    color_from_surface,
+    energy_per_amount,
+    energy_rows,
+    led,
+)
+from spectral_core.palette.fluorescent_design import solve_fluorescent
+from spectral_core.palette.presets import metamer_pair
+from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+
+GRID = SpectralGrid.uniform(360, 780, 10)
+DYE = FluorescentDye.gaussian("green", 400, 530)
+D65 = observer.normalized(datasets.illuminant("D65"))
+VIOLET = led(405, power=0.3 * float(D65.at(np.arange(360.0, 781.0)).sum()))
+
+
+def surface(amount: float = 0.5) -> FluorescentSurface:
+    values = 0.4 + 0.1 * np.sin(GRID.wavelengths_nm / 40)
+    return FluorescentSurface("paint", Reflectance("paint", GRID, values), (DYE,), np.array([amount]))
+
+
+def test_colors_are_those_of_an_explicit_bispectral_matrix() -> None:
+    """Oracle: every nanometre in to every nanometre out, summed one by one."""
+    seen = observer.observer()
+    inward, outward = np.arange(360.0, 781.0), seen.wavelengths_nm
+    paint = surface()
+    excitation = np.interp(inward, GRID.wavelengths_nm, DYE.excitation.at(GRID.wavelengths_nm))
+    density = DYE.emission.at(outward) / DYE.emission.at(np.arange(300.0, 831.0)).sum()
+    radiance = paint.reflectance.at(outward) * VIOLET.at(outward)
+    for wavelength, share in zip(inward, excitation, strict=True):
+        radiance = radiance + 0.5 * share * float(VIOLET.at(wavelength)) * density
+    np.testing.assert_allclose(paint.linear_rgb(VIOLET), RGB_FROM_XYZ @ seen.cmfs @ radiance, rtol=1e-10)
+
+
+def test_a_surface_without_dye_is_a_reflectance() -> None:
+    plain = surface(0.0)
+    np.testing.assert_allclose(
+        plain.linear_rgb(D65), RGB_FROM_XYZ @ observer.xyz_of(D65, plain.reflectance), rtol=1e-12
+    )
+    assert plain.returned_energy().max() == plain.reflectance.values.max()
+
+
+def test_the_blocks_of_both_sides_give_the_surface_s_color() -> None:
+    paint = surface()
+    unknowns = np.concatenate([paint.reflectance.values, paint.amounts])
+    np.testing.assert_allclose(color_from_surface(D65, (DYE,), GRID) @ unknowns, paint.linear_rgb(D65), rtol=1e-9)
+    light = Illuminant("light", GRID, np.random.default_rng(2).uniform(size=GRID.size))
+    np.testing.assert_allclose(color_from_light(paint, GRID) @ light.values, paint.linear_rgb(light), rtol=1e-9)
+    np.testing.assert_allclose(energy_rows((DYE,), GRID) @ unknowns, paint.returned_energy(), rtol=1e-12)
+
+
+def test_the_bispectral_matrix_keeps_energy_and_only_lengthens_waves() -> None:
+    fine = SpectralGrid.uniform(300, 830, 1)
+    reflectance = Reflectance("grey", fine, np.full(fine.size, 0.3))
+    dye = FluorescentDye.gaussian("far", 380, 560, widths_nm=(15, 15))
+    paint = FluorescentSurface("paint", reflectance, (dye,), np.array([0.7]))
+    matrix = paint.bispectral_matrix()
+    np.testing.assert_allclose(matrix.sum(axis=0), paint.returned_energy(), rtol=1e-9)
+    assert matrix.sum(axis=0).max() <= 1 + 1e-9
+    assert np.triu(matrix, 1).max() < 1e-6  # out at a shorter wavelength than in: only the bells' tails
+    light = np.random.default_rng(0).uniform(size=fine.size)
+    shown = paint.radiance(Illuminant("l", fine, light), fine.wavelengths_nm)
+    np.testing.assert_allclose(matrix @ light, shown, rtol=1e-9)
+
+
+def problem(*, smoothness: float = 0.1, free_light: bool = False) -> PaletteProblem:
+    """A plain and a fluorescent material that match under daylight; under a violet lamp one glows, one does not."""
+    lights = (PaletteLight(D65), PaletteLight(VIOLET.resampled(GRID) if free_light else VIOLET, free=free_light))
+    rows = (PaletteReflectance("plain"), PaletteReflectance("glowing"))
+    box = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    cells = (
+        (Cell.free(box), Cell.black()),
+        (Cell.same_as((0, 0), exact=True), Cell.fixed((0.2, 0.9, 0.2))),
+    )
+    return PaletteProblem(GRID, lights, rows, cells, smoothness=smoothness)
+
+
+def test_a_pair_equal_by_day_and_far_apart_under_violet() -> None:
+    solution = solve_fluorescent(problem(), {1: [DYE]})
+    assert solution.trusted
+    lab = lab_from_linear_rgb(solution.actual_linear_rgb)
+    difference = delta_e_2000(lab[0], lab[1])
+    assert difference[0] < 0.01
+    assert difference[1] >= 50
+    assert solution.largest_returned_energy <= 1 + 1e-9
+    assert solution.surfaces[1].amounts[0] > 0.1
+    assert solution.surfaces[0].amounts.size == 0
+    for i, made in enumerate(solution.surfaces):
+        for j, light in enumerate(solution.illuminants):
+            np.testing.assert_allclose(made.linear_rgb(light), solution.actual_linear_rgb[i, j], atol=1e-12)
+    without = solve_palette(problem())
+    lab = lab_from_linear_rgb(without.actual_linear_rgb)
+    assert delta_e_2000(lab[0, 1], lab[1, 1]) < difference[1] / 1.5  # what reflectance alone can do
+
+
+def test_energy_binds_where_more_glow_is_asked_than_there_is() -> None:
+    asked = problem().with_cell((1, 1), Cell.fixed((0.0, 50.0, 0.0)))
+    solution = solve_fluorescent(asked, {1: [DYE]})
+    assert solution.largest_returned_energy == pytest.approx(1.0, abs=1e-9)
+    assert np.nanmax(solution.delta_e_2000) > 3
+
+
+def test_the_light_is_designed_too() -> None:
+    solution = solve_fluorescent(replace(problem(free_light=True), rounds=6), {1: [DYE]})
+    fixed = solve_fluorescent(problem(), {1: [DYE]})
+    assert solution.trusted
+    assert solution.rounds > 1
+    assert solution.delta_e_2000[1, 1] < fixed.delta_e_2000[1, 1]
+    assert isinstance(solution.illuminants[1], Illuminant)
+    assert solution.illuminants[0] is problem().lights[0].spectrum
+
+
+def test_without_dyes_the_palette_is_the_ordinary_one() -> None:
+    asked = replace(metamer_pair(), rounds=1)
+    plain, same = solve_palette(asked), solve_fluorescent(asked, {})
+    np.testing.assert_allclose(same.actual_linear_rgb, plain.actual_linear_rgb, atol=1e-6)
+    for one, other in zip(same.surfaces, plain.reflectances, strict=True):
+        np.testing.assert_allclose(one.reflectance.values, other.values, atol=1e-4)
+
+
+def test_several_dyes_and_exact_cells() -> None:
+    red = FluorescentDye.gaussian("red", 520, 620)
+    asked = problem().with_cell((1, 1), Cell.fixed((0.6, 0.5, 0.0), exact=True))
+    solution = solve_fluorescent(asked, {1: [DYE, red]})
+    assert solution.surfaces[1].amounts.shape == (2,)
+    assert solution.largest_returned_energy <= 1 + 1e-9
+    assert energy_per_amount([DYE, red], GRID).shape == (GRID.size, 2)
+    if solution.trusted:
+        np.testing.assert_allclose(solution.actual_linear_rgb[1, 1], (0.6, 0.5, 0.0), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"observers": ("cie_1931_2deg", "cie_1964_10deg")}, "has several observers; it is designed without them"),
+        ({"match": "perceptual"}, "perceptual matching"),
+        ({"reflectance_bounds": (-1.0, 1.0)}, "negative reflectances"),
+        ({"scale_lights": True}, "lights that are scaled"),
+    ],
+)
+def test_what_is_not_designed_with_fluorescence(change: dict[str, object], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        solve_fluorescent(replace(problem(), **change), {1: [DYE]})  # type: ignore[arg-type]
+
+
+def test_impossible_dyes_and_surfaces() -> None:
+    with pytest.raises(InvalidInputError, match="excited around 600 nm and emits around 500 nm; .* exchange the two"):
+        FluorescentDye.gaussian("backwards", 600, 500)
+    bell = Spectrum("bell", GRID, np.full(GRID.size, 2.0))
+    with pytest.raises(InvalidInputError, match=r"excitation of dye 'bright' reaches 2; it is a share of light"):
+        FluorescentDye("bright", bell, DYE.emission)
+    with pytest.raises(InvalidInputError, match=r"emission of dye 'dark' spans 0 to 0; expected values of at least 0"):
+        FluorescentDye("dark", DYE.excitation, Spectrum("none", GRID, np.zeros(GRID.size)))
+    with pytest.raises(InvalidInputError, match=r"surface 'paint' returns 1\.\d+ of the light at 400 nm"):
+        surface(0.9)
+    with pytest.raises(InvalidInputError, match=r"amounts of 'paint' are \[-0\.1\]; expected at least 0"):
+        surface(-0.1)
+    with pytest.raises(InvalidInputError, match="dyes for reflectance 2; expected 0 to 1"):
+        solve_fluorescent(problem(), {2: [DYE]})
+    measured = replace(
+        problem(), reflectances=(PaletteReflectance("a", datasets.reflectance("white 9.5 (.05 D)")),) * 2
+    )
+    with pytest.raises(InvalidInputError, match="reflectance 'a' is measured, so no dye can be designed into it"):
+        solve_fluorescent(measured, {0: [DYE]})

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shipped zip in a real Blender: ``make real-blender BLENDER="path/to/launcher VERSION --"``.
+
+``BLENDER`` is any command that, followed by Blender's arguments, runs Blender and sees this checkout under its path.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.real_blender
+
+
+@pytest.fixture(scope="module")
+def blender() -> list[str]:
+    command = os.environ.get("BLENDER")
+    if not command:
+        pytest.skip('set BLENDER to a command that runs Blender, such as BLENDER="/opt/blender/blender"')
+    return shlex.split(command)
+
+
+def run(command: list[str]) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=280)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.stdout + done.stderr
+
+
+def test_zip_installs_and_renders(blender: list[str]) -> None:
+    """Installed by Blender's own command, enabled, it designs a palette and renders the default scene."""
+    (package,) = (ROOT / "dist").glob("spectral_scene-*.zip")
+    run([*blender, "--command", "extension", "install-file", "-r", "user_default", "-e", str(package)])
+    out = run([*blender, "-b", "--python", str(ROOT / "tests/real_blender/drive.py")])
+
+    assert "STATUS solved" in out
+    assert "RENDERED {'FINISHED'}" in out

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light later: relit pictures equal renders of the same paths, files refuse what is not theirs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core import datasets
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.render import render_scene
+from spectral_core.render.relight.mix import LiveMix, relight
+from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport, under_lights
+from spectral_core.render.relight.transport_file import read_transport, write_transport
+from spectral_core.scene import (
+    AreaLight,
+    Color,
+    Diffuse,
+    Film,
+    Glass,
+    ImageTexture,
+    Instance,
+    Material,
+    PointLight,
+    Scene,
+    World,
+    gray,
+    scene_hash,
+)
+from spectral_core.spectrum import Illuminant, SpectralGrid
+from tests.render.scenes import lit_plane, looking_down, matrix, sphere_mesh
+
+pytest.importorskip("mitsuba")
+GRID = SpectralGrid.uniform(380, 780, 20)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Two lights and surroundings over a painted floor, a glass ball and a red ball: several bounces."""
+    above = matrix((0.5, 0, 3))
+    scene = lit_plane(
+        PointLight(name="Key", world_from_light=above, power_w=60, radius=0.3, color=Color([1, 0.6, 0.3]), group="Key"),
+        AreaLight(name="Fill", world_from_light=matrix((-1, 1, 3)), power_w=40, group="Fill"),
+        world=World(gray(0.4), group="Sky"),
+        camera=looking_down(8, 0.5),
+        film=Film(20, 16, samples=32, seed=3, exposure=1.5),
+    )
+    floor = np.random.default_rng(1).uniform(0.1, 0.9, (4, 4, 3)).astype(np.float32)
+    return replace(
+        scene,
+        meshes=(*scene.meshes, sphere_mesh(16)),
+        materials=(
+            *scene.materials,
+            Material("glass", Glass(gray(0.95))),
+            Material("red", Diffuse(Color([0.7, 0.1, 0.1]))),
+            Material("painted", Diffuse(ImageTexture("floor", floor, "linear"))),
+        ),
+        instances=(
+            *scene.instances,
+            Instance("ball", "sphere", matrix((0, 1, 1), 0.7), ("glass",)),
+            Instance("apple", "sphere", matrix((0, -1, 1), 0.7), ("red",)),
+            Instance("carpet", "sphere", matrix((2, 0, 0.3), 0.6), ("painted",)),
+        ),
+    )
+
+
+def relative_error(picture: np.ndarray, reference: np.ndarray) -> float:
+    return float(np.abs(picture - reference)[..., :3].max() / np.abs(reference[..., :3]).max())
+
+
+def test_a_dial_is_exact_for_every_mixture(scene: Scene) -> None:
+    transport = record_transport(scene, Storage.dial())
+    dimmed = replace(scene, lights=(replace(scene.lights[0], power_w=18.0), scene.lights[1]),
+                     world=replace(scene.world, strength=0.25))  # fmt: skip
+
+    assert set(transport.groups) == {"Key", "Fill", "Sky"}
+    assert relative_error(relight(transport), render_scene(scene).pixels) < 1e-5
+    mixed = relight(transport, mix={"Key": 0.3, "Sky": 0.25})
+    assert relative_error(mixed, render_scene(dimmed).pixels) < 1e-5
+
+
+def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
+    """Sodium, a triphosphor lamp and a laser line on one grid, all bounces included."""
+    line = Illuminant("line", GRID, np.where(GRID.wavelengths_nm == 540, 1.0, 0.0))
+    lights = {"Key": datasets.illuminant("HP1").resampled(GRID), "Fill": datasets.illuminant("FL11").resampled(GRID),
+              "Sky": line}  # fmt: skip
+    transport = record_transport(scene, Storage.exact(GRID))
+    worn = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
+    rendered = render_scene(worn, groups=True, sampling_lights=SAMPLING_LIGHTS)
+
+    assert relative_error(relight(transport, lights=lights), rendered.pixels) < 1e-5
+    for group in lights:
+        alone = relight(transport, lights=lights, mix={name: float(name == group) for name in lights})
+        assert relative_error(alone, rendered.group_pixels[group]) < 1e-5
+
+
+@pytest.mark.parametrize("count", [31, 121])
+def test_bands_are_near_for_smooth_lights(scene: Scene, count: int) -> None:
+    """In the mean color of the picture: in a pixel's few samples a band's noise is not that of the light's."""
+    lights = {name: datasets.illuminant("A") for name in ("Key", "Fill", "Sky")}
+    worn = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
+    rendered = render_scene(worn, sampling_lights=SAMPLING_LIGHTS).pixels.mean(axis=(0, 1))
+    relit = relight(record_transport(scene, Storage.bands(count)), lights=lights).mean(axis=(0, 1))
+
+    np.testing.assert_allclose(relit, rendered, rtol=0.01)
+
+
+def test_lights_that_are_not_renamed_shine_as_in_the_scene(scene: Scene) -> None:
+    """A white light's own spectrum is kept; mixed spectra in one group are asked for."""
+    transport = record_transport(scene, Storage.exact(SpectralGrid.uniform(360, 830, 5)))
+    rendered = render_scene(
+        replace(scene, settings=replace(scene.settings, transport="spectral")),
+        groups=True,
+        sampling_lights=SAMPLING_LIGHTS,
+    )
+    alone = relight(transport, mix={"Key": 0, "Sky": 0})
+    assert relative_error(alone, rendered.group_pixels["Fill"]) < 1e-5
+
+    merged = replace(scene, lights=tuple(replace(light, group="all") for light in scene.lights))
+    mixed = record_transport(replace(merged, film=Film(4, 4, samples=1)), Storage.bands())
+    with pytest.raises(InvalidInputError, match="the lights of group 'all' had different spectra"):
+        relight(mixed)
+
+
+def test_files_come_back_to_the_bit(scene: Scene, tmp_path: Path) -> None:
+    small = replace(scene, film=Film(8, 6, samples=2))
+    for storage in (Storage.dial(), Storage.bands(31), Storage.exact(GRID)):
+        transport = record_transport(small, storage)
+        path = tmp_path / f"{storage.kind}.exr"
+        write_transport(path, transport)
+        back = read_transport(path, scene_hash=scene_hash(small))
+
+        np.testing.assert_array_equal(back.channels, transport.channels)
+        np.testing.assert_array_equal(back.coverage, transport.coverage)
+        assert back.groups == transport.groups
+        assert back.scene_hash == transport.scene_hash
+        expected = relight(transport, mix={"Key": 0.0} if storage.kind == "dial" else {"Key": 0})
+        np.testing.assert_allclose(relight(back, mix={"Key": 0}), expected, rtol=1e-6, atol=1e-7)
+
+
+def test_cut_edited_and_foreign_files_are_refused(scene: Scene, tmp_path: Path) -> None:
+    import OpenEXR
+
+    path = tmp_path / "transport.exr"
+    write_transport(path, record_transport(replace(scene, film=Film(8, 6, samples=1)), Storage.dial()))
+    whole = path.read_bytes()
+
+    with pytest.raises(FileFormatError, match="was recorded from another scene"):
+        read_transport(path, scene_hash="0" * 64)
+    for share in (0.3, 0.6, 0.9):
+        path.write_bytes(whole[: int(len(whole) * share)])
+        with pytest.raises(FileFormatError, match="record"):
+            read_transport(path)
+    path.write_bytes(whole)
+    edited = OpenEXR.File(str(path), separate_channels=True)
+    edited.parts[0].channels["G"].pixels[2, 3] += 0.25
+    edited.write(str(path))
+    with pytest.raises(FileFormatError, match="edited or damaged"):
+        read_transport(path)
+    with pytest.raises(FileFormatError, match="cannot be read as an EXR"):
+        read_transport(tmp_path / "absent.exr")
+    OpenEXR.File({}, {"R": np.zeros((2, 2), np.float32)}).write(str(path))
+    with pytest.raises(FileFormatError, match="but no transport"):
+        read_transport(path)
+
+
+def test_wrong_wishes_say_what_is_known(scene: Scene) -> None:
+    transport = record_transport(replace(scene, film=Film(4, 4, samples=1)), Storage.dial())
+
+    with pytest.raises(UnknownNameError, match="no light group of this transport is named 'Kay'; did you mean 'Key'"):
+        relight(transport, mix={"Kay": 1.0})
+    with pytest.raises(InvalidInputError, match="a light cannot take light away"):
+        relight(transport, mix={"Key": -1.0})
+    with pytest.raises(InvalidInputError, match="a 'dial' transport holds no spectra"):
+        LiveMix(transport).set_light("Key", datasets.illuminant("A"))
+    with pytest.raises(InvalidInputError, match="whole nm within 360 to 830"):
+        Storage.exact(SpectralGrid(np.linspace(400, 700, 100)))
+    with pytest.raises(InvalidInputError, match="one of"):
+        Storage.bands(40)
+
+
+def test_memory_is_stated_before_rendering(scene: Scene) -> None:
+    """What is stated is what the arrays take, to the byte."""
+    small = replace(scene, film=Film(10, 7, samples=1))
+    for storage in (Storage.dial(), Storage.bands(31), Storage.exact(GRID)):
+        transport = record_transport(small, storage)
+        assert storage.bytes_needed(10, 7, 3) == transport.channels.nbytes + transport.coverage.nbytes
+    assert "829 MB" in Storage.dial().describe(3840, 2160, 8)

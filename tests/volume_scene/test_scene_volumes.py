@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Volumes of a Scene through ``render_scene``: closed forms in both transports, surfaces, coverage, light groups."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from spectral_core import datasets
+from spectral_core.render import plan_effects, render_scene
+from spectral_core.scene import (
+    Camera,
+    Color,
+    Emission,
+    Film,
+    Instance,
+    Mesh,
+    PointLight,
+    RenderSettings,
+    Scene,
+    VolumeObject,
+    World,
+    gray,
+)
+from spectral_core.scene import Material as SurfaceMaterial
+from spectral_core.spectrum import SpectralGrid
+from spectral_core.volume.transfer import Material, TransferFunction
+
+DEPTH = 1.2
+OPACITY = 1 - np.exp(-DEPTH)
+COLOR = np.array([0.8, 0.5, 0.2])
+
+
+def slab(transfer, lighting="even", quality=50.0):
+    """A constant field, one unit thick along the view and larger than it across."""
+    matrix = np.diag([2.0, 2.0, 0.25, 1.0])
+    matrix[:3, 3] = [-3.0, -3.0, -0.375]
+    field = np.full((4, 4, 4), 1.0, np.float32)
+    return VolumeObject("slab", field, matrix, transfer, quality=quality, options={"lighting": lighting})
+
+
+def constant(color=COLOR, *, wavelengths=None, lit=True, extinction=DEPTH, emission=0.0):
+    material = Material("m", [0.0, 2.0], [extinction] * 2, color, [emission] * 2, lit)
+    return TransferFunction((material,), wavelengths)
+
+
+def scene(*volumes, **rest):
+    matrix = np.eye(4)
+    matrix[2, 3] = 4.0
+    camera = Camera(world_from_camera=matrix, kind="orthographic", orthographic_scale=1.0)
+    film = rest.pop("film", Film(8, 6, samples=8, filter_kind="box", filter_width=1.0))
+    return Scene(camera=camera, film=film, volumes=volumes, **rest)
+
+
+def mean_rgb(pixels):
+    return pixels[..., :3].reshape(-1, 3).mean(axis=0)
+
+
+def glowing_wall(z=-2.0, strength=1.0):
+    corners = np.array([[-5, -5, z], [5, -5, z], [5, 5, z], [-5, 5, z]], np.float32)
+    mesh = Mesh("wall", corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32))
+    material = SurfaceMaterial("glow", Emission(gray(1.0), strength))
+    return {"meshes": (mesh,), "materials": (material,), "instances": (Instance("wall", "wall", np.eye(4), ("glow",)),)}
+
+
+def test_a_slab_shows_its_colour_by_its_opacity():
+    result = render_scene(scene(slab(constant())))
+    assert result.variant.endswith("rgb")
+    assert np.abs(result.pixels[..., :3] - COLOR * OPACITY).max() < 2e-3
+
+
+def test_spectral_transport_shows_the_same_colour():
+    settings = RenderSettings(transport="spectral")
+    film = Film(8, 6, samples=256, filter_kind="box", filter_width=1.0)
+    result = render_scene(scene(slab(constant()), settings=settings, film=film))
+    assert result.variant.endswith("spectral")
+    assert mean_rgb(result.pixels) == pytest.approx(COLOR * OPACITY, abs=0.01)
+
+
+def test_spectra_of_materials_ask_for_spectral_transport():
+    grid = SpectralGrid.uniform(360, 830, 5)
+    flat = constant(np.full(grid.size, 0.6), wavelengths=grid.wavelengths_nm)
+    film = Film(8, 6, samples=256, filter_kind="box", filter_width=1.0)
+    plan = plan_effects(scene(slab(flat)))
+    assert plan.is_spectral
+    assert "slab" in plan["transport"].reason
+    result = render_scene(scene(slab(flat), film=film))
+    assert mean_rgb(result.pixels) == pytest.approx([0.6 * OPACITY] * 3, abs=0.01)
+
+
+def test_xrays_add_and_take_nothing():
+    xray = constant(lit=False, extinction=0.0, emission=0.5)
+    behind = render_scene(scene(slab(xray), **glowing_wall(strength=0.7)))
+    assert np.abs(behind.pixels[..., :3] - (COLOR * 0.5 + 0.7)).max() < 4e-3
+
+
+def test_surfaces_behind_are_dimmed_and_in_front_hide():
+    behind = render_scene(scene(slab(constant()), **glowing_wall(-2.0)))
+    assert np.abs(behind.pixels[..., :3] - (COLOR * OPACITY + 1 - OPACITY)).max() < 4e-3
+    before = render_scene(scene(slab(constant()), **glowing_wall(2.0)))
+    assert np.abs(before.pixels[..., :3] - 1.0).max() < 4e-3
+    inside = render_scene(scene(slab(constant()), **glowing_wall(0.0)))
+    half = 1 - np.exp(-DEPTH / 2)
+    assert np.abs(inside.pixels[..., :3] - (COLOR * half + 1 - half)).max() < 4e-3
+
+
+def test_transparent_surroundings_are_covered_by_the_opacity():
+    film = Film(8, 6, samples=8, filter_kind="box", filter_width=1.0, transparent=True)
+    world = World(Color(np.array([0.3, 0.3, 0.3])))
+    result = render_scene(scene(slab(constant()), film=film, world=world))
+    assert np.abs(result.pixels[..., 3] - OPACITY).max() < 1e-3
+    assert np.abs(result.pixels[..., :3] - COLOR * OPACITY).max() < 2e-3
+
+
+def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
+    place = np.eye(4)
+    place[:3, 3] = [0, 0, 2.0]
+    lamps = tuple(
+        PointLight(name=name, world_from_light=place, power_w=watts, group=name)
+        for name, watts in (("one", 40.0), ("two", 80.0))
+    )
+    glow = Material("glow", [0.0, 2.0], [0.1, 0.1], np.array([0.2, 0.2, 0.9]), lit=False)
+    paint = Material("paint", [0.0, 2.0], [DEPTH] * 2, COLOR)
+    both = slab(TransferFunction((paint, glow)), "scene")
+    film = Film(8, 6, samples=64, filter_kind="box", filter_width=1.0)
+    result = render_scene(scene(both, lights=lamps, film=film), groups=True)
+    shares = result.group_pixels
+    total = sum(share[..., :3] for share in shares.values())
+    assert np.abs(total - result.pixels[..., :3]).max() < 1e-5
+    # the glow counts once; without it the second lamp gives twice the first
+    dark = render_scene(scene(slab(TransferFunction((paint, glow)), "scene"), film=film))
+    own = mean_rgb(dark.pixels)
+    assert own[2] > 0.05
+    one, two = mean_rgb(shares["one"]), mean_rgb(shares["two"])
+    single = min(one - own, two, key=lambda rgb: rgb[0])
+    double = max(one - own, two, key=lambda rgb: rgb[0])
+    assert double / single == pytest.approx([2.0] * 3, rel=0.05)
+
+
+def test_a_volume_switched_off_in_the_plan_is_not_there():
+    settings = RenderSettings(overrides=(("volumes", "off"),))
+    result = render_scene(scene(slab(constant()), settings=settings))
+    assert np.abs(result.pixels[..., :3]).max() == 0
+
+
+def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
+    """Scene light in spectral transport: the ratio of a paint's colour to white's, under the lamp's own spectrum."""
+    from spectral_core.observer import linear_rgb_from_product
+
+    lamp = datasets.illuminant("HP1")
+    grid = SpectralGrid.uniform(380, 780, 5)
+    orange = datasets.reflectance("orange").resampled(grid).values
+    place = np.eye(4)
+    place[:3, 3] = [0, 0, 2.0]
+    light = PointLight(name="sodium", world_from_light=place, power_w=100.0, color=lamp)
+    film = Film(8, 6, samples=512, filter_kind="box", filter_width=1.0)
+    shown = []
+    for reflectance in (orange, np.ones(grid.size)):
+        transfer = constant(reflectance, wavelengths=grid.wavelengths_nm)
+        shown.append(mean_rgb(render_scene(scene(slab(transfer, "scene"), lights=(light,), film=film)).pixels))
+    matrix = linear_rgb_from_product(lamp, grid)
+    expected = (matrix @ orange) / (matrix @ np.ones(grid.size))
+    assert (shown[0] / shown[1])[:2] == pytest.approx(expected[:2], rel=0.03)
