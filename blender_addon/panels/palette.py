@@ -68,11 +68,12 @@ def _draw_status(layout, context, palette) -> None:
     if not palette.status:
         layout.label(text="Not solved yet", icon="INFO")
         return
+    if palette.is_stale:
+        layout.label(text="Solving …" if palette.live else "Changed: press Solve", icon="FILE_REFRESH")
+        return
     icon, words = STATUS[palette.status]
     row = layout.row()
     row.alert = palette.status != "solved"
-    if palette.is_stale:
-        icon, words = "FILE_REFRESH", "Changed: press Solve"
     row.label(text=words, icon=icon)
     facts = row.row()
     facts.alignment = "RIGHT"

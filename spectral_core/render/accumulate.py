@@ -166,7 +166,7 @@ class Accumulator:
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
-        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
         passed = passed * extra[0] if has_volumes else passed
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation

@@ -64,7 +64,11 @@ class RenderJob:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
             self._integrators = self._load_integrators(groups=measure.groups)
             self._first_hit = FirstHit(
-                self._mitsuba, self._loaded.scene, self._loaded.hidden, self.scene.film.transparent
+                self._mitsuba,
+                self._loaded.scene,
+                self._loaded.hidden,
+                self.scene.film.transparent,
+                self._loaded.camera_medium,
             )
             names = list(self._loaded.switches) if measure.groups else [""]
             kind = ScalarSums if backend.is_scalar else Accumulator

@@ -6,3 +6,9 @@ from __future__ import annotations
 import pytest
 
 bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+
+@pytest.fixture
+def registered(_extension):
+    """bpy with the extension, whatever file is open: for tests that look at classes only."""
+    return bpy

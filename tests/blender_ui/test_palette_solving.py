@@ -144,9 +144,11 @@ def test_lights_measured_designed_mixed_white(blender, palette):
     assert palette_problem(palette).lights[1].free
     light.use_primaries = True
     assert "its list of lamps is empty" in palette.message
+    palette.live = False
+    blender.ops.spectral.palette_select(column=1)
     for lamp in ("FL2", "HP1", "A", "FL11"):
-        blender.ops.spectral.palette_select(column=1)
         blender.ops.spectral.palette_lamp_add(to="PRIMARIES", lamp=lamp)
+    palette.live = True  # catches up
     assert palette.message == ""
     assert sum(lamp.amount for lamp in light.primaries) > 0
     light.use_primaries = False

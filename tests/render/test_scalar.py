@@ -91,8 +91,8 @@ def test_both_renderers_agree(name, spectral):
     assert abs(difference.mean()) < 0.004 * scale
     error = _block_error(fast.pixels, slow.pixels)
     # what noise may do, and well under what one pixel to the side does
-    assert error < 0.03
-    assert error < 0.6 * min(_block_error(np.roll(fast.pixels, 1, axis), slow.pixels) for axis in (0, 1))
+    assert error < (0.05 if spectral else 0.03)
+    assert error < 0.7 * min(_block_error(np.roll(fast.pixels, 1, axis), slow.pixels) for axis in (0, 1))
     if spectral:
         np.testing.assert_allclose(
             fast.band_pixels.mean(axis=(0, 1)), slow.band_pixels.mean(axis=(0, 1)), rtol=0.02, atol=1e-5

@@ -98,6 +98,15 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
     return context.load(description)
 
 
+def is_dark(surface: Surface | None) -> bool:
+    """Whether a surface emits nothing."""
+    for _, closure in weighted_closures(surface):
+        emitted = closure.strength if isinstance(closure, Emission) else getattr(closure, "emission_strength", 0.0)
+        if emitted != 0:
+            return False
+    return True
+
+
 def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
     """Texture of the radiance that a surface emits, None where it is dark."""
     terms = []
