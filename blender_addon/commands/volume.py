@@ -2,12 +2,13 @@
 """Render a volume file through a transfer function: a picture, its samples and its error.
 
 VOLUME is any file that the library reads (NRRD, NIfTI, VTK, OpenVDB, MetaImage, TIFF, NumPy, raw), a folder of TIFF
-slices, or a numbered pattern such as flow_####.vti for a sequence. The one quality knob is the picture's
+slices, a numbered pattern such as flow_####.vti for a sequence, or sample:NAME[:SIZE] for data of our own making
+(sample:engine, sample:gaussians, sample:shells, ...). The one quality knob is the picture's
 signal-to-noise ratio in dB: --quality by word, --target-snr by number; the error is estimated before the render, and
 measured after it with --report. Further lights make further pictures from the same march, without a ray.
 
   spectral-scene volume head.nrrd --transfer examples/transfer/solid.toml --report
-  spectral-scene volume engine.vti --transfer painted.toml --light D65 --light HP1 --out engine.png
+  spectral-scene volume sample:engine --transfer painted.toml --light D65 --light HP1 --out engine.png
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("volume", metavar="VOLUME", help="volume file, folder of slices, or pattern name_####.ext")
+    parser.add_argument("volume", metavar="VOLUME", help="file, folder of slices, pattern or sample:NAME")
     parser.add_argument(
         "--transfer", required=True, metavar="TF", help="transfer function file (.toml, .json) or preset"
     )
@@ -82,6 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _stem(volume: str) -> str:
+    if volume.startswith("sample:"):
+        return volume.split(":")[1] or "sample"
     name = Path(volume).name.removesuffix(".gz")
     return (Path(name).stem.rstrip("#*_.-") or "volume").replace("%", "")
 
@@ -104,6 +107,8 @@ def _frames(arguments: argparse.Namespace) -> Any:
         raise InvalidInputError("--raw-shape and --raw-type go together; give both or neither")
     if arguments.raw_shape is not None:
         raw = RawLayout(tuple(arguments.raw_shape), arguments.raw_type, arguments.raw_order, arguments.raw_offset)
+    if arguments.volume.startswith("sample:"):
+        return [(None, _spaced(_sample(arguments.volume), arguments.spacing))]
     options = {"field": arguments.field, "component": arguments.component, "raw": raw}
     if any(mark in Path(arguments.volume).name for mark in "#%*{"):
         sequence = find_sequence(arguments.volume, **options)
@@ -111,6 +116,15 @@ def _frames(arguments: argparse.Namespace) -> Any:
             print(f"frames {', '.join(map(str, sequence.missing))} have no file and are left out")
         return ((number, _spaced(sequence.read(number), arguments.spacing)) for number in sequence.numbers)
     return [(None, _spaced(read_volume(arguments.volume, **options), arguments.spacing))]
+
+
+def _sample(given: str) -> ScalarVolume:
+    from spectral_core.volume.samples import sample_volume
+
+    _, name, *size = given.split(":")
+    if len(size) > 1 or not all(word.isdigit() and 2 <= int(word) <= 1024 for word in size):
+        raise InvalidInputError(f"{given!r} names no sample; expected sample:NAME or sample:NAME:SIZE, size 2 to 1024")
+    return sample_volume(name, int(size[0]) if size else 96)
 
 
 def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:

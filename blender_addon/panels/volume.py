@@ -59,9 +59,12 @@ def swatch_of(entry, light: Illuminant) -> np.ndarray:
 class SPECTRAL_UL_volume_materials(bpy.types.UIList):
     """Materials with their colour under the scene's lights"""
 
+    light = Illuminant("daylight", LIGHT_GRID, np.ones(LIGHT_GRID.size))
+    """The scene's light, gathered once per draw of the panel instead of once per row."""
+
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name):
         row = layout.row(align=True)
-        row.label(text="", icon_value=swatch_icon(swatch_of(item, scene_light(context.scene))))
+        row.label(text="", icon_value=swatch_icon(swatch_of(item, self.light)))
         row.prop(item, "name", text="", emboss=False)
         row.prop(item, "density", text="", emboss=False)
         row.label(text="", icon="LIGHT_SUN" if item.lit else "OUTLINER_OB_LIGHT")
@@ -96,6 +99,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         row.operator_menu_enum("spectral.transfer_preset", "preset", text="Preset")
         row.operator("spectral.transfer_import", text="", icon="IMPORT")
         row.operator("spectral.transfer_export", text="", icon="EXPORT")
+        SPECTRAL_UL_volume_materials.light = light = scene_light(context.scene)
         row = layout.row()
         row.template_list("SPECTRAL_UL_volume_materials", "", settings, "materials", settings, "active", rows=3)
         side = row.column(align=True)
@@ -104,11 +108,13 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         if not len(settings.materials):
             wrapped(layout, context, "Choose a preset, or add a material and draw where in the data it stands.")
             return
-        _draw_material(layout, context, data, settings.materials[min(settings.active, len(settings.materials) - 1)])
+        active = settings.materials[min(settings.active, len(settings.materials) - 1)]
+        _draw_color(layout, context, active, light)
+        _draw_curves(layout, data, active)
 
 
-def _draw_material(layout, context, data, entry) -> None:
-    """Color and curves of one material."""
+def _draw_color(layout, context, entry, light: Illuminant) -> None:
+    """What a material looks like."""
     draw_source(layout, entry.spectral)
     if len(context.scene.spectral.palette.materials):
         layout.operator("spectral.volume_color_from_palette", icon="MOD_SIMPLIFY")
@@ -118,10 +124,14 @@ def _draw_material(layout, context, data, entry) -> None:
         wrapped(message, context, entry.spectral.message, icon="ERROR")
     if entry.spectral.source == "NONE":
         layout.prop(entry, "color", text="")
-        draw_swatches(layout, (("In the scene's light", swatch_of(entry, scene_light(context.scene))),))
+        draw_swatches(layout, (("In the scene's light", swatch_of(entry, light)),))
     elif len(entry.spectral.samples):
         draw_curve(layout, context, entry.spectral)
     layout.prop(entry, "lit")
+
+
+def _draw_curves(layout, data, entry) -> None:
+    """Where in the data a material stands."""
     _draw_curve_of(layout, data, entry, "density", "Density over the data", strength="density")
     _draw_curve_of(layout, data, entry, "emission", "Emission over the data", strength="emission")
     layout.prop(entry, "use_gradient")

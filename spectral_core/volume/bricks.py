@@ -89,8 +89,16 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
         if inner.shape[axis] > 1:
             rise = np.abs(np.diff(inner, axis=axis))
             square += _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32) ** 2
-    low, high = _reduce(part, edge, np.minimum), _reduce(part, edge, np.maximum)
-    return low.astype(np.float32), high.astype(np.float32), np.sqrt(square), bend.astype(np.float32)
+    low, high = _single(_reduce(part, edge, np.minimum), -np.inf), _single(_reduce(part, edge, np.maximum), np.inf)
+    return low, high, np.sqrt(square), bend.astype(np.float32)
+
+
+def _single(bound: NDArray[Any], outward: float) -> Array:
+    """As float32, rounded outward where that cannot hold the value."""
+    rounded: Array = bound.astype(np.float32)
+    if bound.dtype.itemsize < 4 or bound.dtype == np.float32:
+        return rounded
+    return np.where(rounded.astype(np.float64) == bound, rounded, np.nextafter(rounded, np.float32(outward)))
 
 
 def _wide(dtype: np.dtype[Any]) -> type:

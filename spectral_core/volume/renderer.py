@@ -182,7 +182,7 @@ class PreparedTransfer:
         self.table: TransferTable = tabulate(transfer, renderer.volume, highest)
         self.gradient, self.weights = gradient, None
         if gradient and self.table.weights is not None:
-            over = TransferTable(0.0, self.table.gradient_high, self.table.weights, len(transfer.materials))
+            over = TransferTable(0.0, highest, self.table.weights, len(transfer.materials))
             self.weights = DeviceTable(renderer.types, over, gradient, False)
         self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
         self._grids: dict[Rule, DeviceGrid] = {}

@@ -70,7 +70,7 @@ class StepGrid:
 class RangeTables:
     """What a transfer function does between two data values: arrays (bins, bins) read at [lowest, highest].
 
-    ``shows`` says that something is seen, ``slope`` is the steepest rise of opacity-saturated source per data unit,
+    ``slope`` is the steepest rise of opacity-saturated source per data unit,
     ``kink`` the greatest change of that rise. Saturated (1 - exp(-σ·voxel)): more extinction than fills a voxel
     cannot make a picture rougher.
     """
@@ -78,12 +78,13 @@ class RangeTables:
     table: TransferTable
     voxel: float
 
-    @cached_property
-    def shows(self) -> NDArray[np.bool_]:
-        nodes = self.table.columns.sum(-1) > 0
-        at = np.linspace(0, self.table.cells, _BINS + 1).astype(int)
-        filled = np.array([nodes[a : b + 1].any() for a, b in itertools.pairwise(at)])
-        return _over_ranges(filled.astype(np.float64), np.maximum) > 0
+    def shows(self, low: NDArray[np.float32], high: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Whether anything is seen at some value between ``low`` and ``high``; exact, as narrow as a peak may be."""
+        seen = np.zeros(low.shape, bool)
+        for start, end, at_start, at_end in self.table.support:
+            above = (high >= start) if at_start else (high > start)
+            seen |= above & ((low <= end) if at_end else (low < end))
+        return seen
 
     @cached_property
     def _rises(self) -> NDArray[np.float64]:
@@ -123,7 +124,7 @@ class RangeTables:
 def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> StepGrid:
     """The step grid of ``rule``; `thesis` wants the statistics of ``voxel_statistics``, the others any."""
     pair = ranges.bins(statistics.low) * _BINS + ranges.bins(statistics.high)
-    shows = ranges.shows.ravel()[pair]
+    shows = ranges.shows(statistics.low, statistics.high)
     edge = statistics.edge
     if rule == "uniform":
         relative, longest = np.ones(pair.shape), np.inf
@@ -138,8 +139,11 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
 
             rough = ndimage.maximum_filter(np.where(shows, rough, 0.0), size=3, mode="nearest")
         typical = float(np.median(rough[shows])) if shows.any() else 0.0
-        floor = 1e-3 * typical or 1.0
-        relative, longest = np.cbrt(max(typical, 1e-30) / np.maximum(rough, floor)), 3.0
+        longest = 3.0
+        if typical > 0:
+            relative = np.cbrt(typical / np.maximum(rough, 1e-3 * typical))
+        else:  # most bricks are level
+            relative = np.where(rough > 0, 1.0, longest)
     words = np.where(shows, relative.astype(np.float32).view(np.uint32), leap_words(shows))
     return StepGrid(rule, edge, statistics.centred, words, longest, rule == "error")
 

@@ -31,6 +31,8 @@ class TransferTable:
     high: float
     columns: Array
     materials: int
+    support: tuple[tuple[float, float, bool, bool], ...] = ()
+    """Data values that show something: intervals (from, to) and whether either end does."""
     gradient_high: float = 0.0
     weights: Array | None = None
 
@@ -69,7 +71,19 @@ def tabulate(transfer: TransferFunction, volume: ScalarVolume, gradient_high: fl
     if transfer.uses_gradient:
         at = np.linspace(0.0, max(gradient_high, 1e-30), 4 * _FEWEST + 1)
         weights = np.stack([material.weight(at) for material in transfer.materials], axis=-1)
-    return TransferTable(low, high, columns, len(transfer.materials), gradient_high, weights)
+    return TransferTable(low, high, columns, len(transfer.materials), support(transfer), gradient_high, weights)
+
+
+def support(transfer: TransferFunction) -> tuple[tuple[float, float, bool, bool], ...]:
+    """Intervals of data values where some material has extinction or emission, exactly (gradient weights aside)."""
+    pieces = []
+    for m in transfer.materials:
+        height = m.extinction + (0.0 if m.emission is None else m.emission)
+        knots, heights = m.values.tolist(), height.tolist()
+        ends = [(-np.inf, knots[0], heights[0], heights[0]), (knots[-1], np.inf, heights[-1], heights[-1])]
+        inner = zip(knots, knots[1:], heights, heights[1:], strict=False)
+        pieces += [(a, b, left > 0, right > 0) for a, b, left, right in [*ends, *inner] if max(left, right) > 0]
+    return tuple(sorted(set(pieces)))
 
 
 def _span(transfer: TransferFunction, volume: ScalarVolume) -> tuple[float, float]:
@@ -78,9 +92,16 @@ def _span(transfer: TransferFunction, volume: ScalarVolume) -> tuple[float, floa
     last = max(float(material.values[-1]) for material in transfer.materials)
     start, end = min(max(low, first), high), max(min(high, last), low)
     start, end = min(start, end), max(start, end)
-    # A jump at either end of the span needs nodes on both of its sides; what lies beyond must have bins of its own.
-    margin = (end - start) / 128 or max(abs(start), 1.0) * 1e-3
-    return start - margin, end + margin
+    if end <= start:
+        margin = max(abs(start), 1e-30) * 1e-3
+        return start - margin, end + margin
+    # The ends are nodes, so a background that lies on the first knot gets exactly its height. A jump there needs
+    # nodes on both of its sides.
+    margin = (end - start) / 1024
+    jumps = [m for m in transfer.materials if len(m.values) > 1]
+    before = any(m.values[0] == m.values[1] == start for m in jumps)
+    after = any(m.values[-1] == m.values[-2] == end for m in jumps)
+    return start - margin * before, end + margin * after
 
 
 def _columns(transfer: TransferFunction, values: Array) -> Array:

@@ -23,6 +23,7 @@ from spectral_core.volume.analysis import (
     sample_composition,
     steepest_slope,
 )
+from spectral_core.volume.field import ScalarVolume
 
 
 def thesis_f(x):
@@ -35,6 +36,8 @@ def thesis_g(y):
 
 THESIS_F = SampledFunction.of(thesis_f, 0, 4, 4096, periodic=True)
 THESIS_G = SampledFunction.of(thesis_g, 0, 1, 1024, periodic=True)
+
+SHEARED = ScalarVolume("bent", np.random.default_rng(0).random((3, 3, 3)), np.eye(4) + np.eye(4, k=1) * [0, 1, 0, 0])
 
 trigonometric = st.lists(st.tuples(st.floats(-1, 1), st.floats(0, 6.2)), min_size=1, max_size=6).filter(
     lambda terms: sum(abs(a) for a, _ in terms) > 0.1 and abs(terms[-1][0]) > 0.05
@@ -148,6 +151,26 @@ def test_stretching_space_or_data_scales_the_bound(stretch, gain):
 
 def test_a_better_known_slope_replaces_the_measured_one():
     assert composite_bandlimit(THESIS_F, THESIS_G, max_slope=2.0).frequency == pytest.approx(4 * np.pi)
+
+
+def test_arrays_functions_volumes_and_transfer_functions_are_taken_as_they_are():
+    from spectral_core.volume.transfer import Material, TransferFunction
+
+    x = np.arange(64)
+    wave = np.cos(2 * np.pi * x / 64)[:, None, None] * np.ones((1, 4, 4))
+    volume = ScalarVolume("wave", wave, np.diag([0.5, 1.0, 2.0, 1.0]))
+    exact = composite_bandlimit(
+        SampledFunction.regular(wave, (0.5, 1.0, 2.0)), SampledFunction.of(lambda y: np.cos(3 * np.pi * y), -1, 1, 2049)
+    )
+    values = np.linspace(-1, 1, 2049)
+    curve = 1 + np.cos(3 * np.pi * values)
+    transfer = TransferFunction((Material("a", values, curve, [1, 1, 1]), Material("b", [0], [1], [1, 1, 1])))
+    for g in (lambda y: np.cos(3 * np.pi * y), curve, transfer):
+        limit = composite_bandlimit(volume, g)
+        assert limit.frequency == pytest.approx(exact.frequency, rel=1e-9)
+        assert limit.transfer_bandlimit == pytest.approx(3 * np.pi, rel=1e-9)
+    assert composite_bandlimit(wave, curve).max_slope == pytest.approx(exact.max_slope / 2)
+    assert composite_bandlimit(np.ones((4, 4)), curve).frequency == 0
 
 
 # The kernel
@@ -284,6 +307,8 @@ def test_interpolant_meets_its_samples():
         (lambda: SampledFunction.of(np.sin, 0, 1, 2), "expected 3 or more"),
         (lambda: essential_bandlimit(THESIS_G, 1.5), "energy fraction is 1.5"),
         (lambda: composite_bandlimit(THESIS_F, SampledFunction.regular(np.ones((3, 3)))), "2 variables"),
+        (lambda: composite_bandlimit(THESIS_F, np.ones((3, 3))), r"shape \(3, 3\); expected 3 or more along one axis"),
+        (lambda: composite_bandlimit(SHEARED, np.sin), "has sheared voxels"),
         (lambda: frequency_transfer_kernel(SampledFunction.regular(np.ones((3, 3))), [1.0]), "2 variables"),
         (lambda: frequency_transfer_kernel(THESIS_F, [1.0, 2.0, 4.0]).compose([1, 1, 1]), "evenly spaced"),
         (lambda: cone_edges(SampledFunction.of(np.square, 0, 1, 64)), "at an end of its interval"),

@@ -85,6 +85,15 @@ def test_a_pattern_renders_each_frame(blob, capsys, tmp_path):
 
 
 @needs_drjit
+def test_a_sample_needs_no_file(capsys, tmp_path):
+    arguments = ("--transfer", "opaque", "--size", 48, 48, "--quality", "draft", "--out", tmp_path / "s.npy")
+    status, figures = call(capsys, "sample:gaussians:24", *arguments)
+    assert status == 0
+    assert figures["shape"] == [24, 24, 24]
+    assert np.load(tmp_path / "s.npy").max() > 0.1
+
+
+@needs_drjit
 def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
     values = (np.load(blob / "blob.npy") * 255).astype(">u2")
     (tmp_path / "a.bytes").write_bytes(values.tobytes(order="F"))
@@ -104,6 +113,9 @@ def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
         (["{blob}", "--transfer", "{wide}", "--out", "a.gif"], "cannot tell the picture format of 'a.gif'"),
         (["{blob}", "--transfer", "{wide}", "--raw-type", "uint8"], "--raw-shape and --raw-type go together"),
         (["{blob}", "--transfer", "{wide}", "--field", "x"], "holds one array without a name"),
+        (["sample:engin", "--transfer", "{wide}"], "did you mean 'engine'"),
+        (["sample:engine:1e3", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),
+        (["{blob}", "--transfer", "wid"], "did you mean 'wide'"),
         (["none_####.vti", "--transfer", "{wide}"], "no file in . matches"),
     ],
 )

@@ -4,10 +4,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
 from spectral_core.volume.analysis.signal import SampledFunction, essential_bandlimit, steepest_slope
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.transfer import TransferFunction
+
+_TRANSFER_SAMPLES = 2049
 
 
 @dataclass(frozen=True)
@@ -48,13 +57,54 @@ class CompositeBandlimit:
 
 
 def composite_bandlimit(
-    f: SampledFunction, g: SampledFunction, *, energy: float = 0.999, max_slope: float | None = None
+    f: SampledFunction | ScalarVolume | ArrayLike,
+    g: SampledFunction | TransferFunction | Callable[[NDArray], ArrayLike] | ArrayLike,
+    *,
+    energy: float = 0.999,
+    max_slope: float | None = None,
 ) -> CompositeBandlimit:
     """Bound on the frequencies of g(f(x)) from samples of f (one or more variables) and of g (one variable).
 
-    ``energy`` is the fraction of their energy that the band limits of f and g keep; ``max_slope`` replaces the largest
-    slope of f's linear interpolant where the derivative is known better. Source: thesis Eq. 4.14 and section 4.1.5.
+    An array for f has unit spacing; an array or a function for g stands for the range of f's values; a transfer
+    function counts with the material curve that asks for most. ``energy`` is the fraction of their energy that the band
+    limits of f and g keep; ``max_slope`` replaces the largest slope of f's linear interpolant where the derivative is
+    known better. Source: thesis Eq. 4.14 and section 4.1.5.
     """
-    g.require_one_variable()
-    slope = steepest_slope(f) if max_slope is None else require_range("max_slope", max_slope, 0.0, math.inf)
-    return CompositeBandlimit(essential_bandlimit(g, energy), essential_bandlimit(f, energy), slope, f.half_range)
+    data = _data(f)
+    signals = _transfer(g, float(data.values.min()), float(data.values.max()))
+    slope = steepest_slope(data) if max_slope is None else require_range("max_slope", max_slope, 0.0, math.inf)
+    transfer_bandlimit = max(essential_bandlimit(signal, energy) for signal in signals)
+    return CompositeBandlimit(transfer_bandlimit, essential_bandlimit(data, energy), slope, data.half_range)
+
+
+def _data(f: SampledFunction | ScalarVolume | ArrayLike) -> SampledFunction:
+    if isinstance(f, SampledFunction):
+        return f
+    if not isinstance(f, ScalarVolume):
+        return SampledFunction.regular(f)
+    axes = f.to_world[:3, :3] / f.voxel_size
+    if not np.allclose(axes.T @ axes, np.eye(3), atol=1e-6):
+        raise InvalidInputError(f"volume {f.name!r} has sheared voxels; give its samples as a SampledFunction instead")
+    return SampledFunction.regular(f.data, f.voxel_size.tolist())
+
+
+def _transfer(
+    g: SampledFunction | TransferFunction | Callable[[NDArray], ArrayLike] | ArrayLike, low: float, high: float
+) -> list[SampledFunction]:
+    """g as functions of one variable over the data's range; all material curves of a transfer function."""
+    if isinstance(g, SampledFunction):
+        g.require_one_variable()
+        return [g]
+    if not low < high:  # constant data: nothing of g is passed through but one value
+        return [SampledFunction.regular(np.zeros(3))]
+    values = np.linspace(low, high, _TRANSFER_SAMPLES)
+    if isinstance(g, TransferFunction):
+        extinction, source = g.curves(values, np.zeros_like(values) if g.uses_gradient else None)
+        curves = np.concatenate([extinction, source], axis=-1).T
+        return [SampledFunction.regular(curve, values[1] - low, origin=low) for curve in curves]
+    if callable(g):
+        return [SampledFunction.regular(np.asarray(g(values)), values[1] - low, origin=low)]
+    samples = np.asarray(g, dtype=np.float64)
+    if samples.ndim != 1 or samples.size < 3:
+        raise InvalidInputError(f"samples of g have shape {samples.shape}; expected 3 or more along one axis")
+    return [SampledFunction.regular(samples, (high - low) / (samples.size - 1), origin=low)]
