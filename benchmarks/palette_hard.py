@@ -73,8 +73,9 @@ def _engine_difference(problem: PaletteProblem) -> float | None:
     builder = PhaseBuilder(problem, compiled_wishes(problem))
     state = initial_state(problem)
     phase = builder.build("reflectances", state)
-    wished = [target.cell for target in builder.wishes.targets]
-    wished += [cell for group in builder.wishes.groups for cell in group.members]
+    # Only colors that the problem decides: what nobody gave a target is free, and may differ.
+    pinned = {target.cell for target in builder.wishes.targets if target.weight > 0}
+    wished = sorted(pinned)
     shown = []
     for name in ENGINES:
         if phase.problem.size > 250 and name in ("bvls", "daqp"):
