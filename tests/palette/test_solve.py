@@ -77,7 +77,7 @@ def test_a_metameric_black_is_black_under_one_light_only():
 
 
 def test_a_constant_color_stays_under_both_lights():
-    lights = (PaletteLight(D65), PaletteLight(normalized(illuminant("A"))))
+    lights = (PaletteLight(D65), PaletteLight(normalized(illuminant("FL11"))))
     cells = (Cell.fixed((0.2, 0.2, 0.1)), Cell.constant((0, 0), exact=True))
     solution = solve_palette(one(*cells, lights=lights), explain=False)
     assert solution.status == "solved"
