@@ -69,7 +69,7 @@ def run(options: Options) -> dict:
 
 
 def _engine_difference(problem: PaletteProblem) -> float | None:
-    """Largest difference in linear RGB between the answers of all engines that claim success; None if under two do."""
+    """Largest difference in linear RGB between the answers that need no second engine; None if under two do."""
     builder = PhaseBuilder(problem, compiled_wishes(problem))
     state = initial_state(problem)
     phase = builder.build("reflectances", state)
@@ -83,7 +83,7 @@ def _engine_difference(problem: PaletteProblem) -> float | None:
         if phase.problem.has_equalities and name in ("bvls", "tied"):
             continue
         answer = solve_phase(phase.problem, name)
-        if answer.check.passed and not answer.infeasible:
+        if answer.check.good and not answer.infeasible:
             colors = state.with_reflectances(dict(zip(phase.items, answer.blocks, strict=True))).colors()
             shown.append(np.array([colors[cell] for cell in wished]))
     if len(shown) < 2 or not wished:
