@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Palettes made to break solvers: nothing may be called solved that is not, and engines must agree.
 
-2,400 generated problems (60 with ``--quick``; an extra number sets another first seed). Each solution that is called
+2,400 generated problems (60 with ``--quick``; extra numbers set another first seed and another count). Each solution that is called
 solved or a compromise is checked here again, apart from the library's own check: bounds from its spectra, optimality
 from the gradient of a statement of its own. Every fourth problem is also given to each engine by itself.
 """
@@ -29,7 +29,7 @@ LIMIT = 1e-6
 def run(options: Options) -> dict:
     """Print and return the counts; every count of wrong answers must be 0."""
     first = int(options.extra[0]) if options.extra else 0
-    count = 60 if options.quick else 2400
+    count = int(options.extra[1]) if len(options.extra) > 1 else 60 if options.quick else 2400
     statuses: Counter[str] = Counter()
     by_trap: dict[str, Counter[str]] = defaultdict(Counter)
     wrong, worst, no_remedy, crashes = 0, 0.0, 0, 0
