@@ -61,7 +61,7 @@ def _cell(axis: Any, solution: PaletteSolution, cell: tuple[int, int]) -> None:
     axis.axis("off")
     axis.set_aspect("equal")
     shown = np.clip(display_rgb_from_linear(solution.actual_linear_rgb[cell]), 0, 1)
-    axis.add_patch(_box((0, 0), 1, shown, None))
+    axis.add_patch(_box((0, 0), 1, shown, "0.75"))
     if np.isfinite(solution.delta_e_2000[cell]):
         wanted = np.clip(display_rgb_from_linear(solution.target_linear_rgb[cell]), 0, 1)
         axis.add_patch(_box((0.3, 0.3), 0.4, wanted, "white"))

@@ -36,17 +36,24 @@ def _table(n: int, m: int, seeds: int) -> dict[str, dict[str, float]]:
     print("|---|---|---|---|---|---|---|---|")
     rows: dict[str, dict[str, float]] = {}
     for name, design in DESIGNS.items():
-        row = _averaged(design, n, m, seeds)
-        if row is None:
-            continue
-        rows[name] = row
-        values = [row["separation"], row["fill_distance"], row["mean_square"], row["discrepancy"]]
-        print(
-            f"| {name} | " + " | ".join(f"{value:.4f}" if value < 0.2 else f"{value:.3f}" for value in values)
-            + f" | {row['gap_1d']:.1f} | {row['fill_2d']:.2f} | {row['seconds']:.3f} |",
-            flush=True,
-        )  # fmt: skip
+        row = table_row(name, design, n, m, seeds=seeds)
+        if row is not None:
+            print(row[0], flush=True)
+            rows[name] = row[1]
     return rows
+
+
+def table_row(
+    name: str, design: Callable[[int, int, int], Points], n: int, m: int, *, seeds: int
+) -> tuple[str, dict[str, float]] | None:
+    """One design's row as printed, and its figures; None where the design cannot have that size."""
+    row = _averaged(design, n, m, seeds)
+    if row is None:
+        return None
+    values = [row["separation"], row["fill_distance"], row["mean_square"], row["discrepancy"]]
+    cells = [f"{value:.4f}" if value < 0.2 else f"{value:.3f}" for value in values]
+    cells += [f"{row['gap_1d']:.1f}", f"{row['fill_2d']:.2f}", f"{row['seconds']:.3f}"]
+    return f"| {name} | " + " | ".join(cells) + " |", row
 
 
 def _averaged(design: Callable[[int, int, int], Points], n: int, m: int, seeds: int) -> dict[str, float] | None:

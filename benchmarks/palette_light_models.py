@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._catalogue import light_group, measured_reflectances, unique_lights
+from benchmarks._palette_thesis_data import GRID, PRINTED
 from spectral_core import datasets
 from spectral_core.color import delta_e_2000, lab_from_xyz
 from spectral_core.observer import xyz_from_product
@@ -67,14 +68,14 @@ def errors(model: LightModel, catalogue: Catalogue, bounces: int = 1) -> Array:
 
 
 def nanoseconds(model: LightModel, light: Illuminant, pixels: int) -> float:
-    """Time for a second reflection and the color of one pixel, best of five over an image of ``pixels``."""
+    """Time for a second reflection and the color of one pixel, best of twenty over an image of ``pixels``."""
     first = np.random.default_rng(0).uniform(size=(pixels, model.size))
     matrix = model.xyz_from_coefficients(light).T
     second = first[0].copy()
     # One surface reflects the whole image, so R of Eq. 5.7 is formed once and applied to every pixel.
     reflection = model.illumination_matrix(second).T if _is_full(model) else None
     times = []
-    for _ in range(5):
+    for _ in range(20):
         start = time.perf_counter()
         (first @ reflection if reflection is not None else first * second) @ matrix
         times.append(time.perf_counter() - start)
@@ -128,7 +129,8 @@ def table(catalogue: Catalogue, sizes: tuple[int, ...], pixels: int) -> list[dic
         rows += [row(label, model, catalogue, pixels) for label, model in learnt_models(size, catalogue)]
         if size in NATURAL_NODES_NM:
             rows.append(row("nodes, natural", NodeModel.natural(size, grid), catalogue, pixels))
-    rows.append(row("full spectrum", BasisModel(grid, np.eye(grid.size)), catalogue, pixels))
+    full = NodeModel(grid, grid.wavelengths_nm, np.eye(grid.size))
+    rows.append(row("full spectrum", full, catalogue, pixels))
     return rows
 
 
@@ -143,7 +145,34 @@ def run(options: Options) -> dict[str, Any]:
     rows = table(binned, (5, 8) if options.quick else (3, 5, 6, 7, 8, 9, 10), pixels)
     smooth_rows = table(smooth, (8,) if options.quick else (5, 6, 7, 8, 9), pixels)
     exact = Catalogue(fine, lights, reflectances, checkers)
-    return {"rows": rows, "smooth_rows": smooth_rows, **node_figures(exact), **scene_figures(exact)}
+    return {
+        "rows": rows,
+        "smooth_rows": smooth_rows,
+        "designed_rows": designed_table(pixels),
+        **node_figures(exact),
+        **scene_figures(exact),
+    }
+
+
+def designed_table(pixels: int) -> list[dict[str, Any]]:
+    """The palette of Figure 5.2: bases made for it alone against natural and scene nodes."""
+    lights = [PRINTED[name] for name in ("d65", "split1", "split2")]
+    surfaces = np.array([PRINTED[f"refl{number}"] for number in range(1, 6)])
+    names = ("D65", "split light 1", "split light 2")
+    illuminants = [Illuminant(name, GRID, values) for name, values in zip(names, lights, strict=True)]
+    catalogue = Catalogue(GRID, illuminants, surfaces, 0)
+    print("\nthe designed palette of Figure 5.2: 3 lights × 5 reflectances")
+    spectra = representative_spectra(illuminants, surfaces, GRID)
+    rows = []
+    for size in (5, 7, 10):
+        basis = principal_components(spectra, size)
+        edges = optimized_edges([(light, surfaces) for light in illuminants], basis, GRID)
+        rows.append(row("PCA of the palette, full R", BasisModel(GRID, basis), catalogue, pixels))
+        rows.append(row("factor of the palette", FactorModel(GRID, basis, edges=edges), catalogue, pixels))
+    rows.append(row("nodes, natural", NodeModel.natural(8, GRID), catalogue, pixels))
+    for size in (3, 4, 5):
+        rows.append(row("nodes, scene", NodeModel.scene(surfaces, GRID, size=size), catalogue, pixels))
+    return rows
 
 
 def _in_thesis_bins(lights: list[Illuminant], reflectances: Array, checkers: int) -> Catalogue:

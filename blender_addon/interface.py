@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from .drawing import icons, overlay
-from .operators import palette_files, render_plan, volume_files
+from .operators import palette_files, palette_scene, render_plan, volume_files
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
 from .operators import spectrum as spectrum_operators
@@ -17,7 +17,8 @@ from .properties import live, palette, palette_cell, palette_solve, render, scen
 
 PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solve, volume)
 OPERATORS = (
-    table_operators, solve_operators, spectrum_operators, palette_files, render_plan, volume_operators, volume_files,
+    table_operators, solve_operators, spectrum_operators, palette_files, palette_scene, render_plan,
+    volume_operators, volume_files,
 )  # fmt: skip
 PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, overlay)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

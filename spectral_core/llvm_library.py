@@ -22,10 +22,15 @@ _PLACES = {
 }  # fmt: skip
 
 
-def use_newest_llvm() -> None:
-    """Name this machine's newest LLVM in DRJIT_LIBLLVM_PATH, unless that is set; call it before Dr.Jit starts."""
-    if "DRJIT_LIBLLVM_PATH" in os.environ:
-        return
+def find_llvm() -> tuple[str, int] | None:
+    """Path and major version of the newest LLVM shared library from version 15 on; None where there is none.
+
+    ``DRJIT_LIBLLVM_PATH`` wins when it is set. A library whose name tells no version counts as new enough.
+    """
+    chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
+    if chosen:
+        version = llvm_version(Path(chosen)) or OLDEST_LLVM
+        return (chosen, version) if Path(chosen).exists() and version >= OLDEST_LLVM else None
     found = []
     for pattern in _PLACES.get(sys.platform, _PLACES["linux"]):
         anchor = Path(pattern).anchor
@@ -34,8 +39,14 @@ def use_newest_llvm() -> None:
             version = llvm_version(path) or llvm_version(real) or OLDEST_LLVM
             if version >= OLDEST_LLVM:
                 found.append((version, str(real)))
-    if found:
-        os.environ["DRJIT_LIBLLVM_PATH"] = max(found)[1]
+    return (max(found)[1], max(found)[0]) if found else None
+
+
+def use_newest_llvm() -> None:
+    """Name this machine's newest LLVM in DRJIT_LIBLLVM_PATH, unless that is set; call it before Dr.Jit starts."""
+    found = find_llvm()
+    if found is not None:
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[0])
 
 
 def llvm_version(path: Path) -> int | None:

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,3 +27,21 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no measured data at {folder}; set SPECTRAL_SHARED_DATA to a folder that has them")
     return folder
+
+
+@pytest.fixture(scope="session")
+def _extension() -> Iterator[None]:
+    """The extension, enabled once: Blender refuses a second registration."""
+    import blender_addon
+
+    blender_addon.register()
+    yield
+    blender_addon.unregister()
+
+
+@pytest.fixture
+def blender(_extension: None) -> Any:
+    """bpy with the extension enabled, an empty file (no objects, lights, world or camera) and undo."""
+    bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return bpy

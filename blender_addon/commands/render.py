@@ -25,6 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="FILE",
         help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; of an animation FILE_0001.png …",
     )  # fmt: skip
+    parser.add_argument(
+        "--bands", type=int, metavar="N",
+        help="for an .exr: also N spectral channels from 400 to 700 nm, in the layout of Fichet et al. 2021",
+    )  # fmt: skip
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", type=int, metavar="N", help="frame to render; default the file's current one")
     frames.add_argument("--animation", action="store_true", help="render every frame of the file's range")
@@ -36,6 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or Path(arguments.scene.with_suffix(".png").name)
     if out.suffix.lower() not in FORMATS:
         raise InvalidInputError(f"{out.name} ends in {out.suffix!r}; expected one of {', '.join(FORMATS)}")
+    if arguments.bands is not None and out.suffix.lower() != ".exr":
+        raise InvalidInputError(f"spectral bands fit into an .exr only; {out.name} is none")
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
         frames = _frames(arguments, scene)
@@ -43,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     report = {
         "files": [entry["file"] for entry in written],
         "frames": written,
-        "colors": _colors(scene, out),
+        "colors": _colors(scene, out, arguments.bands),
         "notes": list(
             dict.fromkeys([*_blend.missing_files(), *(note for entry in written for note in entry.pop("notes"))])
         ),
@@ -76,7 +82,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     path.parent.mkdir(parents=True, exist_ok=True)
     scene.frame_set(frame)
     jobs.records.clear()
-    wanted = jobs.RenderRequest(translated=lambda given: _blend.with_variant(given, arguments.variant))
+    wanted = jobs.RenderRequest(_bands(arguments), lambda given: _blend.with_variant(given, arguments.variant))
     with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:
         # Blender reads braces and hashes in a path as its own: it writes to a plain one
         plain = Path(folder) / f"frame{path.suffix.lower()}"
@@ -86,7 +92,12 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         except RuntimeError as error:
             raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
         result = _finished(jobs.records, frame)
-        shutil.move(plain, path)
+        if arguments.bands is None:
+            shutil.move(plain, path)
+        else:
+            from spectral_core.render.spectral_exr import write_spectral_exr
+
+            write_spectral_exr(path, result)
     return {
         "frame": frame,
         "file": str(path),
@@ -96,6 +107,13 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         "variant": result.variant,
         "notes": [f"{note.subject}: {note.message}" for note in result.notes],
     }
+
+
+def _bands(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the renderer is asked to measure beside the picture."""
+    from spectral_core.render import Bands
+
+    return {} if arguments.bands is None else {"bands": Bands.uniform(count=arguments.bands)}
 
 
 def _numbered(out: Path, frame: int) -> Path:
@@ -123,10 +141,12 @@ def _finished(records: list[Any], frame: int) -> Any:
     return records[-1].result
 
 
-def _colors(scene: Any, out: Path) -> str:
+def _colors(scene: Any, out: Path, bands: int | None) -> str:
     """How colors were written, in words."""
     from .. import compat
 
+    if bands is not None:
+        return f"linear sRGB, and radiance per nm in {bands} bands; straight from the renderer, without compositing"
     if out.suffix.lower() == ".exr":
         import bpy
 

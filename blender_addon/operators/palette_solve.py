@@ -98,6 +98,8 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
     @reporting
     def execute(self, context):
         palette = palette_in(context)
+        if palette.is_stale and palette.live:
+            palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
         _require_appliable(palette)
         if self.create:
             _create_materials(palette)

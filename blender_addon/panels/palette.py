@@ -30,6 +30,7 @@ def draw_palette(layout, context) -> None:
     row.operator_menu_enum("spectral.palette_preset", "preset", text="", icon="PRESET")
     _draw_status(layout, context, palette)
     draw_table(layout, context, palette)
+    _draw_help(layout, context, palette)
     row = layout.row(align=True)
     row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
     row.operator("spectral.palette_add", text="Material", icon="ADD").side = "MATERIAL"
@@ -48,6 +49,9 @@ def _draw_welcome(layout, context) -> None:
     column = layout.column(align=True)
     column.scale_y = 1.2
     column.operator_enum("spectral.palette_preset", "preset")
+    layout.label(text="Or from what is here:")
+    layout.operator("spectral.palette_from_scene", icon="SCENE_DATA")
+    layout.operator("spectral.palette_import", text="From a File", icon="IMPORT")
     layout.label(text="Or from nothing:")
     row = layout.row(align=True)
     row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
@@ -64,22 +68,30 @@ def _draw_status(layout, context, palette) -> None:
     if not palette.status:
         layout.label(text="Not solved yet", icon="INFO")
         return
+    if palette.is_stale:
+        layout.label(text="Solving …" if palette.live else "Changed: press Solve", icon="FILE_REFRESH")
+        return
     icon, words = STATUS[palette.status]
     row = layout.row()
     row.alert = palette.status != "solved"
-    if palette.is_stale:
-        icon, words = "FILE_REFRESH", "Changed: press Solve"
     row.label(text=words, icon=icon)
     facts = row.row()
     facts.alignment = "RIGHT"
     facts.active = False
-    facts.label(text=f"ΔE ≤ {palette.worst_delta_e:.2f} · {_duration(palette.milliseconds)}")
-    if palette.remedy:
+    worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
+    facts.label(text=f"{worst} · {_duration(palette.milliseconds)}")
+
+
+def _draw_help(layout, context, palette) -> None:
+    """What would help; below the table, so that the table keeps its place while colors are dragged."""
+    if palette.message or palette.is_stale or not palette.remedy:
+        return
+    for conflict in palette.conflicts[:3]:
+        _draw_conflict(layout.box(), context, palette, conflict)
+    if not len(palette.conflicts):
         hint = layout.column()
         hint.active = False
         wrapped(hint, context, palette.remedy)
-    for conflict in palette.conflicts[:3]:
-        _draw_conflict(layout.box(), context, palette, conflict)
 
 
 def _duration(milliseconds: float) -> str:
@@ -94,13 +106,13 @@ def _draw_conflict(box, context, palette, conflict) -> None:
     if conflict.light_uid not in columns or conflict.material_uid not in rows:
         return
     buttons = box.row(align=True)
-    show = buttons.operator("spectral.palette_select", text="Show", icon="VIEWZOOM")
-    show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
     if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
         row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
-        name = f"Let go of {palette.materials[row].name} under {palette.lights[column].name}"
+        name = f"Let go of {palette.materials[row].name}, {palette.lights[column].name}"
         relieve = buttons.operator("spectral.palette_relieve", text=name)
         relieve.row, relieve.column = row, column
+    show = buttons.operator("spectral.palette_select", text="", icon="VIEWZOOM")
+    show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
 
 
 def draw_weights(layout, context) -> None:

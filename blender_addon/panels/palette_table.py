@@ -6,25 +6,53 @@ from ..properties.palette_cell import MODES
 from .parts import width_of
 
 MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
+LEAST_CELL = 46.0
+"""Unscaled pixels below which two colors and a number are no longer told apart."""
 NARROW_CELL = 82.0
 """Unscaled pixels below which a cell has no room for "ΔE" before its number."""
 
 
 def draw_table(layout, context, palette) -> None:
-    """The whole table; a click below a cell's colors selects it for the panels below."""
-    columns = len(palette.lights) + 1
+    """The table; a click below a cell's colors selects it for the panels below.
+
+    Where the panel is too narrow for all lights, it shows the ones around the selected light.
+    """
+    width = width_of(context) - 30.0
+    shown = page_of(palette.active_column, len(palette.lights), int(width / LEAST_CELL) - 1)
+    if len(shown) < len(palette.lights):
+        _draw_pages(layout, shown, len(palette.lights))
+    columns = len(shown) + 1
     flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
-    room = (width_of(context) - 30.0) / columns
-    corner = flow.column()
-    corner.active = False
-    corner.label(text="")
-    for column, light in enumerate(palette.lights):
-        _draw_head(flow, light, {"column": column}, column == palette.active_column, room)
+    room = width / columns
+    flow.column().label(text="")
+    for column in shown:
+        _draw_head(flow, palette.lights[column], {"column": column}, column == palette.active_column, room)
     for row, material in enumerate(palette.materials):
         _draw_head(flow, material, {"row": row}, row == palette.active_row, room)
-        for column, cell in enumerate(material.cells):
+        for column in shown:
             selected = (row, column) == (palette.active_row, palette.active_column)
-            _draw_cell(flow, cell, (row, column), selected, room)
+            _draw_cell(flow, material.cells[column], (row, column), selected, room)
+
+
+def page_of(active: int, count: int, fitting: int) -> range:
+    """Columns of the page that the selected column is on, at least one."""
+    fitting = max(fitting, 1)
+    first = active // fitting * fitting
+    return range(first, min(first + fitting, count))
+
+
+def _draw_pages(layout, shown: range, count: int) -> None:
+    """Which lights are shown, and the way to the ones before and after."""
+    row = layout.row(align=True)
+    before = row.row(align=True)
+    before.enabled = shown.start > 0
+    before.operator("spectral.palette_select", text="", icon="TRIA_LEFT").column = max(shown.start - 1, 0)
+    title = row.row()
+    title.alignment = "CENTER"
+    title.label(text=f"Lights {shown.start + 1}–{shown.stop} of {count}")
+    after = row.row(align=True)
+    after.enabled = shown.stop < count
+    after.operator("spectral.palette_select", text="", icon="TRIA_RIGHT").column = min(shown.stop, count - 1)
 
 
 def icon_scale(room: float) -> float:

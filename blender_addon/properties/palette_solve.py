@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Solving the palette of a scene: read the properties, solve, write the properties."""
 
+import traceback
 from collections.abc import Callable
 
 from spectral_core.errors import SpectralError
@@ -55,16 +56,16 @@ def _solve(
             palette.message = str(error)
             palette.is_stale = True
             return None
+        except Exception as error:  # a timer has nobody else to tell it to
+            traceback.print_exc()
+            palette.message = f"the solver stopped on an error of ours ({type(error).__name__}: {error})"
+            palette.is_stale = True
+            return None
         store_solution(palette, solution, finished=finished)
         palette.message = ""
         palette.is_stale = False
     _last[scene.session_uid] = solution
     return solution
-
-
-def last_solution(scene) -> PaletteSolution | None:
-    """The solution that the stored results came from, None after loading a file."""
-    return _last.get(scene.session_uid)
 
 
 def register() -> None:

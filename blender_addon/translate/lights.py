@@ -23,9 +23,9 @@ SMALLEST_SIZE = 1e-4
 """Edge of an area light that has none: what it sends is kept, from as good as a point (or a line)."""
 
 
-def translate_light(translation: Translation, name: str, lamp: Any, placed: tuple[Any, str]) -> Light | None:
-    """A ``bpy.types.Light``; ``placed``: world matrix (4, 4) and light group. None where it is dark."""
-    matrix, group = np.asarray(placed[0], dtype=np.float64), placed[1]
+def translate_light(translation: Translation, name: str, thing: Any, world_from_light: Any) -> Light | None:
+    """Light of an evaluated object that stands at ``world_from_light`` (4, 4); None where it is dark."""
+    lamp, matrix = thing.data, np.asarray(world_from_light, dtype=np.float64)
     color, factor = _color(translation, lamp)
     power = lamp.energy * compat.light_exposure_factor(lamp) * factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
@@ -35,19 +35,26 @@ def translate_light(translation: Translation, name: str, lamp: Any, placed: tupl
         return None
     if not lamp.use_shadow:
         translation.note(name, "its light throws shadows here, although that is switched off")
-    shared: dict[str, Any] = {"name": name, "world_from_light": rigid(matrix), "color": color, "group": group}
+    shared: dict[str, Any] = {
+        "name": name,
+        "world_from_light": rigid(matrix),
+        "color": color,
+        "group": thing.lightgroup,
+        "camera_visible": thing.visible_camera,
+    }
     if lamp.type == "SUN":
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size
+    shared |= {"radius": radius, "soft_falloff": lamp.use_soft_falloff}
     if not compat.light_is_normalized(lamp):
         power *= 4 * np.pi * radius**2  # then its strength is its radiant exitance
     if lamp.type == "SPOT":
         if lamp.use_square:
             translation.note(name, "a square spot light is shown as a round one")
-        return SpotLight(**shared, power_w=power, radius=radius, cone_angle_rad=lamp.spot_size, blend=lamp.spot_blend)
-    return PointLight(**shared, power_w=power, radius=radius)
+        return SpotLight(**shared, power_w=power, cone_angle_rad=lamp.spot_size, blend=lamp.spot_blend)
+    return PointLight(**shared, power_w=power)
 
 
 def _sun_area(lamp: Any) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
 
-from .context import Translation
+from .context import Translation, overridden
 from .lights import translate_light
 from .materials import Dressed, translate_material
 from .meshes import GENERATED, translate_mesh, uv_layer
@@ -70,9 +70,7 @@ def collect(translation: Translation) -> Collected:
 def _collect_one(found: Collected, thing: Any, instance: Any) -> None:
     translation = found.translation
     if thing.type == "LIGHT":
-        name = found.unique("light", thing.name_full)
-        placed = (instance.matrix_world.copy(), thing.lightgroup)
-        light = translate_light(translation, name, thing.data, placed)
+        light = translate_light(translation, found.unique("light", thing.name_full), thing, instance.matrix_world)
         if light is not None:
             found.lights.append(light)
     elif thing.type == "MESH":
@@ -88,7 +86,8 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
     if not np.isfinite(matrix).all():
         found.translation.note(thing.name, "its transform is not finite; the object was left out")
         return
-    dressed = [_dress(found, slot) for slot in _materials(thing)]
+    override = overridden(found.translation.depsgraph, "material_override")
+    dressed = [_dress(found, override or material) for material in _materials(thing)]
     uv_map = _uv_map(found, thing, dressed)
     mesh = _mesh(found, thing, uv_map)
     if mesh is None:

@@ -44,10 +44,9 @@ def surface_of(reader: Reader, place: Input | None) -> Surface:
         reader.note(f"the shader {source.label!r} is not understood; a plain diffuse surface was used for it")
         return Diffuse(_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
     for name in ("Normal", "Coat Normal"):
-        if linked(source.input(name)) is not None:
-            reader.note(
-                f"bump and normal maps ({name} of {source.label!r}) are not simulated; the surface stays smooth"
-            )
+        bump = linked(source.input(name))
+        if bump is not None:
+            reader.note(f"{bump.label!r} (into {name} of {source.label!r}) is not simulated; the surface stays smooth")
     return read(reader, source)
 
 

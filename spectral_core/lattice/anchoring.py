@@ -124,7 +124,13 @@ def _rescaled(ball: NormBall | None, shift: Matrix, size: float) -> NormBall | N
 
 
 def _check_resolution(center: Matrix, half_widths: Matrix) -> None:
-    """Refuse regions so small, for their distance from the origin, that neighbouring doubles are a step in them."""
+    """Refuse axes far thinner than the widest, and regions in which neighbouring doubles are a visible step."""
+    thinnest = int(np.argmin(half_widths))
+    if half_widths[thinnest] < THINNEST * half_widths.max():
+        raise InvalidInputError(
+            f"the region is {2 * half_widths[thinnest]:.3g} wide on axis {thinnest} and {2 * half_widths.max():.3g} on "
+            f"another; expected a ratio above {THINNEST:g}. Rescale that axis, or leave it out if it should not vary"
+        )
     steps = np.spacing(np.abs(center)) / half_widths
     if not steps.max() < 1e-3:
         axis = int(np.argmax(steps))

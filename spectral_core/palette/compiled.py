@@ -74,6 +74,14 @@ class WishArrays:
             return True
         return np.array_equal(self.group, other.group) and np.array_equal(self.boxes, other.boxes)
 
+    def sum_of_squares(self, actual: Array, common: Array) -> float:
+        """Weighted color errors of cells (R, L, 3), and of group members to their free colors (G, 3)."""
+        total = float(np.sum(self.target_weights[..., None] * (actual - self.targets) ** 2))
+        if len(common):
+            apart = np.where((self.group >= 0)[..., None], actual - common[self.group], 0.0)
+            total += float(np.sum(self.link_weights[..., None] * apart**2))
+        return total
+
     def turned(self) -> WishArrays:
         """The same with reflectances and lights swapped."""
         return WishArrays(

@@ -32,7 +32,7 @@ from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.phase_solve import PhaseAnswer
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import reported
-from spectral_core.palette.solution import PaletteSolution
+from spectral_core.palette.solution import REMEDIES, PaletteSolution, PaletteStatus
 from spectral_core.palette.solve import SolveTrace, alternate, half_round
 from spectral_core.palette.state import PaletteState, initial_state
 from spectral_core.palette.wishes import compiled_wishes
@@ -40,13 +40,15 @@ from spectral_core.palette.wishes import compiled_wishes
 Array = NDArray[np.float64]
 
 STARTS = 6
+GAMUTS = ("all colors within the gamut", "common colors out of the gamut", "colors out of the gamut")
+"""What is tried in turn where a measured surface or an exact color forces another one out of what a display shows."""
 APART = 1.0
-"""ΔE2000 from which a warm start counts as distinct already."""
+"""ΔE2000 from which distinct cells count as different at all."""
 FIRST_RADIUS, LAST_RADIUS, LARGEST_RADIUS = 20.0, 0.05, 60.0
 """Of the trust region δ, in CIELAB."""
 SETTLED = 1e-3
 """ΔE2000 by which a step must improve for another to follow."""
-RIDGE = 1e-6
+RIDGE = 1e-4
 """On every unknown, in ΔE2000: free colors have no other curvature."""
 START_PULL = 100.0
 """ΔE2000 per unit of linear RGB with which a start is drawn along its directions."""
@@ -79,18 +81,17 @@ def solve_distinct(
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
         trace.notes.append("the cells beside the distinct ones cannot be met, so nothing was made distinct")
-        return reported(builder, state, trace)
+        return _reported(builder, state, trace, apart=False)
     phase = builder.build("reflectances", state, perceptual=problem.match == "perceptual")
-    search = _Search(phase.problem, distinct_cells(builder, state, phase.problem, phase.items), engine)
-    rng = np.random.default_rng(seed)
-    begun = [search.start(rng) for _ in range(starts)]
-    if warm is not None:
-        values = [state.reflectances[item] for item in phase.items]
-        begun.append(search.nearest(np.concatenate([each for each in values if each is not None])))
-    found = [search.climbed(start.x, rng) for start in begun if start.feasible]
+    cells = distinct_cells(builder, state, phase.problem, phase.items)
+    given = None if warm is None else np.concatenate([_known(state.reflectances[item]) for item in phase.items])
+    found, gamut = _searched(phase.problem, cells, engine, (starts, seed, given))
     if not found:
-        trace.notes.append("the distinct cells cannot keep to the display's gamut together with what the others ask")
-        return reported(builder, state, trace)
+        state = state if warm is None else _others_first(builder, state, trace)
+        trace.notes.append("the distinct cells cannot be met together with the others, so nothing was made distinct")
+        return _reported(builder, state, trace, apart=False)
+    if gamut != GAMUTS[0]:
+        trace.notes.append(f"{gamut}: the display's gamut cannot be kept together with what the other cells ask")
     best = max(found, key=lambda each: each.merit)
     _, blocks = phase.problem.split(best.x)
     state = state.with_reflectances(dict(zip(phase.items, blocks, strict=True)))
@@ -100,8 +101,38 @@ def solve_distinct(
         f"the distinct cells differ by at least ΔE2000 {best.least:.1f}: the best of {len(found)} local searches"
     )
     trace.timings["total"] = perf_counter() - started
+    solution = _reported(builder, state, trace, apart=best.least >= APART)
+    return replace(solution, residuals={**solution.residuals, "least_delta_e_2000": best.least})
+
+
+def _reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, *, apart: bool) -> PaletteSolution:
+    """The solution, not called solved where the distinct cells are not even visibly apart."""
     solution = reported(builder, state, trace)
-    return replace(solution, residuals={**solution.residuals, "least_delta_e_2000": least_difference(solution)})
+    if apart or solution.status is not PaletteStatus.SOLVED:
+        return solution
+    return replace(solution, status=PaletteStatus.COMPROMISE, remedy=REMEDIES[PaletteStatus.COMPROMISE])
+
+
+def _searched(
+    linked: LinkedLeastSquares, cells: DistinctCells, engine: str, begin: tuple[int, int, Array | None]
+) -> tuple[list[Found], str]:
+    """Local optima from a number of starts, a seed, and given spectra, in the strictest gamut that can be kept."""
+    starts, seed, given = begin
+    for gamut in GAMUTS:
+        search = _Search(linked, cells, engine, gamut)
+        rng = np.random.default_rng(seed)
+        begun = [search.start(rng) for _ in range(starts)]
+        if given is not None:
+            begun.append(search.nearest(given))
+        found = [search.climbed(start.x, rng) for start in begun if start.feasible]
+        if found:
+            return found, gamut
+    return [], GAMUTS[-1]
+
+
+def _known(values: Array | None) -> Array:
+    assert values is not None  # of a free reflectance
+    return values
 
 
 def _coincide(problem: PaletteProblem, warm: PaletteSolution) -> bool:
@@ -133,8 +164,8 @@ class Found:
 class _Search:
     """Local searches of one problem. The unknown t stands behind x."""
 
-    def __init__(self, linked: LinkedLeastSquares, cells: DistinctCells, engine: str) -> None:
-        self._linked, self._cells, self._engine = linked, cells, engine
+    def __init__(self, linked: LinkedLeastSquares, cells: DistinctCells, engine: str, gamut: str = GAMUTS[0]) -> None:
+        self._linked, self._cells, self._engine, self._gamut = linked, cells, engine, gamut
         rows, target = linked.rows
         # Everything is divided by κ, so that t weighs 1.
         self._hessian = sparse.csc_matrix(rows.T @ rows) / cells.worth
@@ -163,13 +194,13 @@ class _Search:
         for _ in range(iterations):
             answer = self._solve(self._linearized(x, radius, rng))
             gain, promised = self._merit(answer.x) - merit, answer.t - self._cost(answer.x) - merit
-            if answer.check.passed and gain > 1e-3 * max(promised, 0.0):
+            if answer.feasible and gain > 1e-3 * max(promised, 0.0):
                 x, merit, check = answer.x, merit + gain, answer.check
                 radius = min(2 * radius, LARGEST_RADIUS) if gain > 0.7 * promised else radius
                 if gain < SETTLED:
                     break
             else:
-                check = answer.check if not check.passed else check
+                check = answer.check if not np.isfinite(check.kkt) else check
                 radius /= 3
                 if radius < LAST_RADIUS:
                     break
@@ -187,13 +218,14 @@ class _Search:
         return solve_step(step, self._engine)
 
     def _own_step(self) -> Step:
-        """The palette's own criteria, and colors within the gamut: those of distinct cells, and free common ones."""
+        """The palette's own criteria, and the gamut: of distinct cells, and of free common colors."""
         cells, linked = self._cells, self._linked
         size = linked.size
         own = sparse.csc_matrix(cells.matrices.reshape(-1, size))
         free = np.asarray(np.abs(own).sum(axis=1)).ravel() > 0
         equality, equality_target = linked.equalities
-        common = np.arange(size) < linked.offsets[0]
+        common = (np.arange(size) < linked.offsets[0]) & (self._gamut == GAMUTS[0])
+        free = free & (self._gamut != GAMUTS[2])
         return Step(
             hessian=self._hessian + RIDGE * sparse.identity(size, format="csc"),
             linear=-self._pull,

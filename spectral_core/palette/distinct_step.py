@@ -93,8 +93,8 @@ def _piqp(step: Step) -> tuple[Array, Multipliers]:
     import piqp
 
     solver = piqp.SparseSolver()
-    solver.settings.eps_abs = solver.settings.eps_rel = 1e-9
-    solver.settings.eps_duality_gap_abs = solver.settings.eps_duality_gap_rel = 1e-9
+    solver.settings.eps_abs = solver.settings.eps_rel = 1e-12
+    solver.settings.eps_duality_gap_abs = solver.settings.eps_duality_gap_rel = 1e-12
     solver.settings.max_iter = 200
     solver.setup(
         sparse.csc_matrix(step.hessian), step.linear, step.equality, step.equality_target, step.rows,
@@ -137,9 +137,10 @@ ENGINES = {"piqp": _piqp, "cvxpy": _cvxpy}
 
 def _checked(step: Step, x: Array, multipliers: Multipliers) -> Check:
     """Projected-gradient residual of the Lagrangian, scaled; limits and equalities."""
-    gradient = step.hessian @ x + step.linear + step.equality.T @ multipliers[0] + step.rows.T @ multipliers[1]
-    curvature = step.hessian.diagonal()
-    scale = max(float(curvature.max(initial=0.0)), float(np.abs(step.linear).max(initial=0.0)), 1.0)
+    parts = (step.hessian @ x, step.linear, step.equality.T @ multipliers[0], step.rows.T @ multipliers[1])
+    gradient = sum(parts)
+    # The natural size of the gradient is that of the parts which cancel in it.
+    scale = max(1.0, float(step.hessian.diagonal().max()), *(float(np.abs(part).max()) for part in parts))
     moved = np.clip(x - gradient / scale, step.lower, step.upper)
     kkt = float(np.abs(x - moved)[: x.size - int(step.least)].max(initial=0.0))
     shown = step.rows @ x

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, checked, dense_equalities, dense_rows
+from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, dense_equalities, dense_rows
+from spectral_core.palette.optimality import checked
 from spectral_core.palette.polish import polished
 
 Array = NDArray[np.float64]
@@ -142,7 +143,7 @@ def solve_checked(
         answer = _attempt(problem, name, start, polish=problem.size <= polish_below)
         if best is None or answer.check.worst < best.check.worst:
             best = answer
-        if answer.check.passed:
+        if answer.check.good:
             break
         rejected.append(name)
         if answer.infeasible and name == "piqp":
@@ -170,7 +171,7 @@ def _attempt(problem: LinkedLeastSquares, name: str, start: Array | None, *, pol
         return Answer(np.zeros(problem.size), name, Check(np.inf, np.inf, np.inf), infeasible)
     x = np.clip(x, problem.lower, problem.upper)  # rounding only: the check below sees what it cost
     check = checked(problem, x, multipliers)
-    if not (check.passed and check.gap <= Check.SHARP) and not infeasible and polish and check.equality < 1e-3:
+    if not (check.good and check.gap <= Check.SHARP) and not infeasible and polish and check.equality < 1e-3:
         better, better_check = polished(problem, x)
         if better_check.worst <= check.worst:
             x, check = better, better_check

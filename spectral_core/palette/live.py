@@ -84,14 +84,30 @@ class LiveSolver:
                 known = Known.of(state, side) if both or kept.known is None else kept.known
                 answer = self._solve_side(side, problem, state, known)
                 if answer is None:
-                    kept.solver = TiedSolver(*kept.solver.values.shape)
-                    kept.arrays = kept.known = kept.problem = None
                     return None
                 answers[side] = answer
-                found = dict(zip(kept.items, answer.blocks, strict=True))
-                state = state.with_reflectances(found) if side == "reflectances" else state.with_lights(found)
+                state = self._with_answer(side, answer, state)
         self._row = None
         return state, answers, self._colors(problem, state)
+
+    def half_round(
+        self, side: Side, problem: PaletteProblem, state: PaletteState
+    ) -> tuple[PhaseAnswer, PaletteState, float] | None:
+        """One side: its answer, the new state and the sum of squares; None where the answer is not beyond doubt."""
+        answer = self._solve_side(side, problem, state, Known.of(state, side))
+        if answer is None or not answer.check.good:
+            return None
+        state = self._with_answer(side, answer, state)
+        return (
+            answer,
+            state,
+            self._arrays.sum_of_squares(state.colors(), answer.colors)
+            + sum(float(values @ smoothness_gram(problem, self._wishes, side) @ values) for values in answer.blocks),
+        )
+
+    def _with_answer(self, side: Side, answer: PhaseAnswer, state: PaletteState) -> PaletteState:
+        found = dict(zip(self._sides[side].items, answer.blocks, strict=True))
+        return state.with_reflectances(found) if side == "reflectances" else state.with_lights(found)
 
     def _solve_side(self, side: Side, problem: PaletteProblem, state: PaletteState, known: Known) -> PhaseAnswer | None:
         kept, arrays = self._sides[side], self._arrays
@@ -104,10 +120,12 @@ class LiveSolver:
             _, tied = compiled(problem, self._wishes, arrays, known, state, side)
         try:
             values, colors = kept.solver.solve(tied, changed, reshaped)
+            check = Check(tied.kkt(values, colors), 0.0, 0.0)
         except (SolveError, np.linalg.LinAlgError):
-            return None
-        check = Check(tied.kkt(values, colors), 0.0, 0.0)
+            check = Check(np.inf, 0.0, 0.0)
         if not check.passed:
+            kept.solver = TiedSolver(*kept.solver.values.shape)
+            kept.arrays = kept.known = kept.problem = None
             return None
         kept.arrays, kept.known, kept.problem = arrays, known, tied
         engine = "tied" if colors.size else "daqp"

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.least_squares import Check, LinkedLeastSquares, checked, dense_equalities, dense_rows
+from spectral_core.palette.least_squares import Check, LinkedLeastSquares, dense_equalities, dense_rows
+from spectral_core.palette.optimality import checked
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ to leave reflectances room below 1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from enum import StrEnum
 from typing import Literal, Self
@@ -295,8 +295,3 @@ class PaletteProblem:
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
             rows[i][j] = cell
         return replace(self, cells=tuple(map(tuple, rows)))
-
-
-def table(rows: Sequence[Sequence[Cell]]) -> tuple[tuple[Cell, ...], ...]:
-    """Cells from nested sequences, reflectances by rows."""
-    return tuple(tuple(row) for row in rows)

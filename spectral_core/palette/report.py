@@ -146,6 +146,9 @@ def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Arra
         "color": float(np.sqrt(np.mean((wanted - actual)[known] ** 2))) if known.any() else 0.0,
         "smoothness": float(np.sqrt(np.mean([np.sum((operator @ each) ** 2) for each in shapes]))) if shapes else 0.0,
     }
+    subspace = builder.subspace_errors(state)
+    if subspace is not None:
+        result["subspace"] = float(np.sqrt(np.mean(subspace**2)))
     robust = builder.robust_errors(state)
     if robust is not None:
         result["robust"] = float(np.sqrt(np.mean(robust**2)))

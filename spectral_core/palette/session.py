@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.palette.compiled import is_simple
+from spectral_core.palette.distinct_cells import wants_distinct
 from spectral_core.palette.live import LiveSolver
 from spectral_core.palette.phase import PhaseBuilder
 from spectral_core.palette.problem import Cell, CellIndex, PaletteProblem
@@ -64,7 +65,8 @@ class PaletteSession:
         self._problem: PaletteProblem
         self._live: LiveSolver | None
         self._wishes_now: Wishes | None
-        self._state: PaletteState = solve_palette(problem, explain=False).state
+        self._solution = solve_palette(problem, explain=False)
+        self._state: PaletteState = self._solution.state
         self._adopt(problem)
         self._resolve(1, perf_counter())
 
@@ -110,6 +112,8 @@ class PaletteSession:
 
     def solution(self) -> PaletteSolution:
         """The present state in full, with status, remedy and residuals."""
+        if wants_distinct(self._problem):
+            return self._solution
         return reported(PhaseBuilder(self._problem, self._wishes), self._state, self._trace)
 
     @property
@@ -130,6 +134,8 @@ class PaletteSession:
             self._live = LiveSolver(problem, self._wishes)
 
     def _resolve(self, rounds: int, started: float) -> LivePalette:
+        if wants_distinct(self._problem):
+            return self._resolve_distinct(started)
         answers = None
         if self._live is not None:
             answers = self._live.solve(self._problem, self._state, rounds)
@@ -153,4 +159,18 @@ class PaletteSession:
             all(answer.check.passed for answer in done),
             engines,
             seconds,
+        )
+
+    def _resolve_distinct(self, started: float) -> LivePalette:
+        """Distinct cells are not convex: searched from the present spectra, in tens to hundreds of milliseconds."""
+        self._solution = solve_palette(self._problem, warm=self._solution, explain=False)
+        self._state = self._solution.state
+        return LivePalette(
+            self._problem,
+            self._state,
+            self._solution.actual_linear_rgb,
+            self._solution.kkt_residual,
+            self._solution.status.trusted,
+            self._solution.engines,
+            perf_counter() - started,
         )

@@ -42,7 +42,7 @@ REMEDIES = {
     ),
     PaletteStatus.EXACT_CONFLICT: (
         "Not all exact cells can hold at once; the closest compromise is shown. Make one of the conflicting cells not "
-        "exact, or free a light or reflectance that they share."
+        "exact, free a light or reflectance that they share, or drop what a light must look like."
     ),
     PaletteStatus.INVISIBLE: (
         "A color is asked under a light that the eye does not see on this grid. Give the light power between 380 and "

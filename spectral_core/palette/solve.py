@@ -14,7 +14,9 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.compiled import is_simple
 from spectral_core.palette.distinct_cells import wants_distinct
+from spectral_core.palette.live import LiveSolver
 from spectral_core.palette.phase import Phase, PhaseBuilder, Side
 from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
 from spectral_core.palette.problem import PaletteProblem
@@ -44,6 +46,8 @@ class SolveTrace:
     rounds: int = 0
     worst_case_left: float | None = None
     """By how much the largest robust error may still exceed the least possible, relative; None where not asked."""
+    live: LiveSolver | None = None
+    """The compiled way, where the palette allows it."""
     timings: dict[str, float] = field(default_factory=dict)
 
     def add(self, side: Side, answer: PhaseAnswer, seconds: float) -> None:
@@ -101,6 +105,7 @@ def alternate(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, rou
     """Rounds of reflectances, then lights."""
     sides: list[Side] = [side for side in ("reflectances", "lights") if builder.free_items(side)]
     perceptual = builder.problem.match == "perceptual"
+    trace.live = LiveSolver(builder.problem, builder.wishes) if is_simple(builder.problem, builder.wishes) else None
     previous = (np.inf, np.inf)
     for number in range(1, (builder.problem.rounds if rounds is None else rounds) + 1):
         jacobians = perceptual and (number > LINEAR_ROUNDS or (len(sides) == 1 and number > 1))
@@ -129,6 +134,11 @@ def half_round(
 ) -> tuple[PaletteState, float, float]:
     """One phase: the new state, its sum of squares, and the root mean square of its color rows."""
     started = perf_counter()
+    quick = trace.live.half_round(side, builder.problem, state) if trace.live is not None else None
+    if quick is not None:
+        answer, state, squares = quick
+        trace.add(side, answer, perf_counter() - started)
+        return state, squares, builder.color_rms(state)
     solved = [_solved(builder, side, state, perceptual=perceptual)]
     if builder.problem.robustness == "worst_case" and len(builder.wishes.conditions) > 1:
 

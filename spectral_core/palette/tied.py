@@ -214,7 +214,8 @@ class TiedSolver:
         limits = np.clip(high - self.colors, -1e30, 1e30), np.clip(low - self.colors, -1e30, 1e30)
         symmetric = (hessian + hessian.T) / 2
         sense = np.zeros(gradient.size, dtype=np.int32)
-        step, _, flag, _ = daqp.solve(symmetric, gradient, np.zeros((0, gradient.size)), *limits, sense)
+        none = np.zeros((0, gradient.size))
+        step, _, flag, _ = daqp.solve(symmetric, gradient, none, *limits, sense, primal_tol=1e-13, dual_tol=1e-14)
         if flag <= 0:
             raise SolveError("the step of the free colors has no solution")
         return np.asarray(step)

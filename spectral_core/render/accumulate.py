@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The picture's sums, on the just-in-time variants: one lane per pixel, a loop over its samples inside the kernel.
 
-Position in the pixel, wavelength and lens follow one Kronecker sequence in five dimensions (Roberts 2018, the
-generalized golden ratio), turned by a random offset per pixel and going on where the last pass stopped; everything
-after the first hit draws from an independent stream per pixel. Sums and streams outlive a pass, so pixels do not
-depend on how the samples were split into passes.
+Wavelength, position in the pixel and lens follow one Kronecker sequence (the golden ratio for the first, Roberts'
+generalized golden ratio of 2018 for the others), turned by a random offset per pixel and going on where the last pass
+stopped; everything after the first hit draws from an independent stream per pixel. Sums and streams outlive a pass, so
+pixels do not depend on how the samples were split into passes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ def _kronecker_steps(dimensions: int) -> list[int]:
     return [int(phi ** -(k + 1) * 2**32) & 0xFFFFFFFF for k in range(dimensions)]
 
 
-_STEPS = _kronecker_steps(5)
+_GOLDEN = (5**0.5 - 1) / 2
+# The wavelength comb has four teeth, so it is a quarter of the interval that its step must fill evenly.
+_STEPS = [int((0.25 + _GOLDEN / 4) * 2**32), *_kronecker_steps(4)]
 
 
 @dataclass
@@ -82,25 +84,24 @@ class Accumulator:
         self._starts = [mi.Float((row[:-1] / density).astype(np.float32)) for row in plan.responses[:3]]
         self._ends = [mi.Float((row[1:] / density).astype(np.float32)) for row in plan.responses[:3]]
         if self.band_count:
-            self._band_tables(plan.responses[3:], plan.middles, density)
+            rows = plan.responses[3:]
+            linear = np.stack([rows[:, :-1], (rows[:, :-1] + rows[:, 1:]) / 2, rows[:, 1:]])
+            self._band_tables(linear if plan.pieces is None else plan.pieces, density)
 
-    def _band_tables(
-        self, responses: NDArray[np.float64], middles: NDArray[np.float64] | None, density: NDArray[np.float64]
-    ) -> None:
+    def _band_tables(self, pieces: NDArray[np.float64], density: NDArray[np.float64]) -> None:
         """Per cell the few bands that respond there, their weights at both ends, and how far they bulge in between."""
         mi = self._mi
-        touched = (responses[:, :-1] != 0) | (responses[:, 1:] != 0)
+        touched = np.any(pieces != 0, axis=0)
         self._band_slots = max(1, int(touched.sum(axis=0).max()))
         cells = touched.shape[1]
         index = np.zeros((self._band_slots, cells), np.uint32)
         start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
-        straight = (responses[:, :-1] + responses[:, 1:]) / 2
-        bulges = np.zeros_like(straight) if middles is None else 4 * (middles - straight)
+        bulges = 4 * (pieces[1] - (pieces[0] + pieces[2]) / 2)
         for cell in range(cells):
             for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
                 index[slot, cell] = band
-                start[slot, cell] = responses[band, cell] / density[cell]
-                end[slot, cell] = responses[band, cell + 1] / density[cell]
+                start[slot, cell] = pieces[0, band, cell] / density[cell]
+                end[slot, cell] = pieces[2, band, cell] / density[cell]
                 bulge[slot, cell] = bulges[band, cell] / density[cell]
         self._band_index = [mi.UInt32(row) for row in index]
         self._band_start = [mi.Float(row) for row in start]
@@ -167,7 +168,7 @@ class Accumulator:
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
-        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
         passed = passed * extra[0] if has_volumes else passed
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation

@@ -25,6 +25,8 @@ class FirstHit:
     scene: Any
     hidden: tuple[Any, ...]
     transparent: bool
+    medium: Any | None = None
+    """What the camera stands in."""
 
     @property
     def is_needed(self) -> bool:

@@ -16,6 +16,7 @@ from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.mitsuba_scene import load_scene
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
 from spectral_core.render.plan import EffectPlan
+from spectral_core.render.scalar_sums import LIMITS, ScalarSums
 from spectral_core.render.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
@@ -63,18 +64,23 @@ class RenderJob:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
             self._integrators = self._load_integrators(groups=measure.groups)
             self._first_hit = FirstHit(
-                self._mitsuba, self._loaded.scene, self._loaded.hidden, self.scene.film.transparent
+                self._mitsuba,
+                self._loaded.scene,
+                self._loaded.hidden,
+                self.scene.film.transparent,
+                self._loaded.camera_medium,
             )
             names = list(self._loaded.switches) if measure.groups else [""]
-            self._sums = {
-                name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
-                for name in names or [""]
+            kind = ScalarSums if backend.is_scalar else Accumulator
+            self._sums: dict[str, Accumulator | ScalarSums] = {
+                name: kind(self._mitsuba, self.scene.camera, self.scene.film, wavelengths) for name in names or [""]
             }
         except SpectralError:
             raise
         except Exception as error:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
-        self.notes = tuple(Note("Renderer", text) for text in backend.notes) + self._loaded.notes
+        limits = [LIMITS] if backend.is_scalar and self._first_hit.is_needed else []
+        self.notes = tuple(Note("Renderer", text) for text in (*backend.notes, *limits)) + self._loaded.notes
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
         """By light group; the same one for all but where volumes have light of their own: the first group has it."""

@@ -8,32 +8,19 @@ its first use, and crashes with LLVM older than 15.
 from __future__ import annotations
 
 import os
-import re
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
+from spectral_core.llvm_library import OLDEST_LLVM, find_llvm
 
 Transport = Literal["rgb", "spectral"]
 
-OLDEST_LLVM = 15
 LLVM_INSTALL_HINT = (
     "install LLVM 15 or newer (Debian and Ubuntu: sudo apt install libllvm19 or the newest libllvm; macOS: brew "
     "install llvm; Windows: the LLVM installer), or name its shared library in DRJIT_LIBLLVM_PATH"
 )
-_LLVM_PLACES = {
-    "linux": (
-        "/usr/lib/*/libLLVM*.so*", "/usr/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*", "/usr/local/lib/libLLVM*.so*",
-        "/usr/lib/llvm*/lib/libLLVM*.so*", "/usr/lib64/llvm*/lib/libLLVM*.so*", "/opt/*/lib/libLLVM*.so*",
-    ),
-    "darwin": (
-        "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib", "/usr/local/opt/llvm*/lib/libLLVM*.dylib",
-        "/opt/local/libexec/llvm-*/lib/libLLVM*.dylib",
-    ),
-    "win32": (r"C:\Program Files\LLVM\bin\LLVM-C.dll",),
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,32 +35,6 @@ class Backend:
     def is_scalar(self) -> bool:
         """Whether one ray is traced at a time by precompiled code: works everywhere, much slower."""
         return self.variant.startswith("scalar")
-
-
-def find_llvm() -> tuple[str, int] | None:
-    """Path and major version of the newest LLVM shared library from version 15 on; None where there is none.
-
-    ``DRJIT_LIBLLVM_PATH`` wins when it is set. A library whose name tells no version counts as new enough.
-    """
-    chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
-    if chosen:
-        version = _llvm_version(chosen) or OLDEST_LLVM
-        return (chosen, version) if Path(chosen).exists() and version >= OLDEST_LLVM else None
-    found: dict[str, int] = {}
-    for pattern in _LLVM_PLACES.get(sys.platform, _LLVM_PLACES["linux"]):
-        anchor = Path(pattern).anchor
-        for path in Path(anchor).glob(pattern[len(anchor) :]):
-            real = str(path.resolve())
-            found[real] = _llvm_version(str(path)) or _llvm_version(real) or OLDEST_LLVM
-    usable = [(version, path) for path, version in found.items() if version >= OLDEST_LLVM]
-    return (max(usable)[1], max(usable)[0]) if usable else None
-
-
-def _llvm_version(path: str) -> int | None:
-    match = re.search(r"libLLVM(?:-(\d+)|\.so\.(\d+)|\.(\d+))", Path(path).name) or re.search(
-        r"llvm[@-]?(\d+)", path, re.IGNORECASE
-    )
-    return int(next(group for group in match.groups() if group)) if match else None
 
 
 def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:

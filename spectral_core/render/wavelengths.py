@@ -34,19 +34,20 @@ class Bands:
     """Spectral channels to measure beside the picture.
 
     ``names``: one per channel. ``responses``: (n_bands, 471) at 360 to 830 nm, 1 nm; a channel is ∫ L · response dλ.
-    ``middles``: (n_bands, 470), the responses half-way between, where they are not linear in between but quadratic.
+    ``pieces``: (3, n_bands, 470), responses at the start, middle and end of each 1 nm cell, for ones that are quadratic
+    within a cell and may jump between two; None where ``responses`` are linear in between.
     """
 
     names: tuple[str, ...]
     responses: Array
-    middles: Array | None = None
+    pieces: Array | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.names), WAVELENGTHS_NM.size)
         object.__setattr__(self, "responses", frozen_array("band responses", self.responses, shape))
-        if self.middles is not None:
-            half_way = frozen_array("band middles", self.middles, (shape[0], shape[1] - 1))
-            object.__setattr__(self, "middles", half_way)
+        if self.pieces is not None:
+            pieces = frozen_array("band pieces", self.pieces, (3, shape[0], shape[1] - 1))
+            object.__setattr__(self, "pieces", pieces)
         if len(set(self.names)) < len(self.names):
             raise InvalidInputError("two spectral bands share a name; give each its own")
 
@@ -74,7 +75,7 @@ class WavelengthPlan:
     """Density to draw wavelengths from, and what is measured.
 
     ``cumulative``: (471,) cumulative probability at the 1 nm knots, 0 first and 1 last; constant density in between.
-    ``responses``: (n_channels, 471), x̄ ȳ z̄ first; ``middles``: of the bands among them, None where linear.
+    ``responses``: (n_channels, 471), x̄ ȳ z̄ first; ``pieces``: as in ``Bands``, of the bands among them.
     ``teeth``: different wavelengths per path, 4, or 1 where glass disperses (the path of one wavelength is then not
     that of another).
     """
@@ -82,7 +83,7 @@ class WavelengthPlan:
     cumulative: Array
     responses: Array
     teeth: int = 4
-    middles: Array | None = None
+    pieces: Array | None = None
 
     @property
     def density(self) -> Array:
@@ -117,8 +118,8 @@ def plan_wavelengths(
     measured = _cells(np.abs(responses).sum(axis=0)) > 0
     density = np.where(measured, np.maximum(density, 1e-6), density)
     cumulative = np.concatenate([[0.0], np.cumsum(density)])
-    middles = None if bands is None else bands.middles
-    return WavelengthPlan(cumulative / cumulative[-1], responses, 1 if disperses else 4, middles)
+    pieces = None if bands is None else bands.pieces
+    return WavelengthPlan(cumulative / cumulative[-1], responses, 1 if disperses else 4, pieces)
 
 
 def _responses_at_1_nm() -> Array:

@@ -12,22 +12,6 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
 
 
-@pytest.fixture(scope="session")
-def _extension():
-    import blender_addon
-
-    blender_addon.register()
-    yield
-    blender_addon.unregister()
-
-
-@pytest.fixture
-def blender(_extension):
-    """bpy with the extension and a scene without objects, lights, world or camera."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    return bpy
-
-
 @pytest.fixture
 def build(blender):
     """Builders of scene parts, linked into the scene."""

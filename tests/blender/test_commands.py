@@ -59,6 +59,18 @@ def test_render_writes_linear_exr_and_an_animation(saved, tmp_path, capfd):
     np.testing.assert_allclose(np.array(image.pixels[:]).reshape(-1, 4)[:, :3], 0.5, rtol=0.02)
 
 
+def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
+    from spectral_core.render.spectral_exr import read_spectral_exr
+
+    out = tmp_path / "bands.exr"
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--bands", 7, "--samples", 64, "--json")
+    report = json.loads(text.splitlines()[-1])
+    assert status == 0 and report["frames"][0]["transport"] == "spectral" and "7 bands" in report["colors"]
+    wavelengths, radiance = read_spectral_exr(out)
+    np.testing.assert_allclose(wavelengths, np.linspace(400, 700, 7))
+    assert radiance.shape == (12, 20, 7) and radiance.min() > 0
+
+
 def test_plan_says_why(saved, capfd):
     status, text, _ = call(capfd, "plan", saved, "--set", "bounces=3", "--json")
     rows = {row["effect"]: row for row in json.loads(text.splitlines()[-1])["plan"]}
@@ -71,6 +83,7 @@ def test_plan_says_why(saved, capfd):
     [
         (["render", "absent.blend"], "there is no file"),
         (["render", "SCENE", "--out", "picture.xyz"], r"picture.xyz ends in '.xyz'; expected one of .png"),
+        (["render", "SCENE", "--bands", "7"], "spectral bands fit into an .exr only; scene.png is none"),
         (["render", "SCENE", "--samples", "0"], "--samples is 0; expected at least 1"),
         (["render", "SCENE", "--set", "bounces"], "is not of the form EFFECT=VALUE"),
         (["plan", "SCENE", "--set", "bounce=3"], "no effect is named 'bounce'; did you mean 'bounces'"),

@@ -21,12 +21,14 @@ def the_light(scene):
 
 
 def test_each_kind_of_light_keeps_its_numbers(build, translate):
-    build.light("POINT", 5, shadow_soft_size=0.25)
+    build.light("POINT", 5, shadow_soft_size=0.25, use_soft_falloff=False).visible_camera = True
     build.light("SPOT", 6, spot_size=1.0, spot_blend=0.5)
     build.light("SUN", 7, angle=0.1)
     build.light("AREA", 8, shape="ELLIPSE", size=2, size_y=3).scale = (2, 1, 5)
     found = {type(light): light for light in translate().lights}
     assert (found[PointLight].power_w, found[PointLight].radius) == (5, 0.25)
+    assert found[PointLight].camera_visible and not found[PointLight].soft_falloff
+    assert found[SpotLight].soft_falloff and not found[SpotLight].camera_visible  # as Blender makes them
     assert (found[SpotLight].cone_angle_rad, found[SpotLight].blend) == (1.0, 0.5)
     assert found[SunLight].irradiance == 7 and found[SunLight].angle_rad == pytest.approx(0.1)
     area = found[AreaLight]

@@ -126,3 +126,18 @@ def test_a_designed_spectrum_is_taken_from_the_palette(blender, palette):
     np.testing.assert_array_equal(spectrum_of(material).values, wanted.values)
     with pytest.raises(RuntimeError, match="there is no active light"):
         blender.ops.spectral.spectrum_from_palette(carrier="LIGHT", entry="D65")
+
+
+def test_worlds_and_nodes_take_designed_spectra_too(blender, palette):
+    scene = blender.context.scene
+    scene.world = blender.data.worlds.new("sky")
+    blender.ops.spectral.spectrum_from_palette(carrier="WORLD", entry="Light 2")
+    np.testing.assert_array_equal(spectrum_of(scene.world).values, spectrum_of(palette.lights[1], "result").values)
+    blender.ops.mesh.primitive_cube_add()
+    material = blender.data.materials.new("wall")
+    blender.context.object.data.materials.append(material)
+    node = material.node_tree.nodes["Principled BSDF"]
+    material.node_tree.nodes.active = node
+    blender.ops.spectral.spectrum_from_palette(carrier="NODE", entry="Paint 3")
+    np.testing.assert_array_equal(spectrum_of(node).values, spectrum_of(palette.materials[2], "result").values)
+    assert spectrum_of(material) is None

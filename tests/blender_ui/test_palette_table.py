@@ -135,3 +135,33 @@ def test_clear(blender, palette):
     assert not len(palette.lights)
     assert not len(palette.materials)
     assert table.active_cell(palette) is None
+
+
+def test_the_scene_gives_lights_and_materials_with_their_colors(blender):
+    palette = blender.context.scene.spectral.palette
+    with pytest.raises(RuntimeError, match="this scene has 0 lights and 0 materials"):
+        blender.ops.spectral.palette_from_scene()
+    for name, color in (("red", (0.5, 0.1, 0.05, 1.0)), ("blue", (0.05, 0.1, 0.4, 1.0))):
+        blender.ops.mesh.primitive_cube_add()
+        material = blender.data.materials.new(name)
+        material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = color
+        blender.context.object.data.materials.append(material)
+    for lamp in ("A", None):
+        blender.ops.object.light_add(type="POINT")
+        if lamp:
+            blender.context.object.data.spectral.source = "CATALOGUE"
+            blender.context.object.data.spectral.catalogue_name = lamp
+    blender.ops.spectral.palette_from_scene()
+    assert {light.spectral.spectrum_name for light in palette.lights} == {"A", "D65"}
+    assert {material.name for material in palette.materials} == {"red", "blue"}
+    assert {material.material.name for material in palette.materials} == {"red", "blue"}
+    assert [cell.mode for cell in palette.materials[0].cells] == ["FIXED", "IGNORE"]
+    assert palette.status in ("solved", "compromise")
+    red = next(material for material in palette.materials if material.name == "red")
+    assert tuple(red.cells[0].wanted_linear) == pytest.approx((0.5, 0.1, 0.05), abs=1e-5)
+
+    # What is measured stays measured.
+    blender.data.materials["blue"].spectral.source = "CATALOGUE"
+    blender.data.materials["blue"].spectral.catalogue_name = "blue"
+    blender.ops.spectral.palette_from_scene()
+    assert {material.name: material.design for material in palette.materials} == {"red": "DESIGNED", "blue": "MEASURED"}

@@ -143,3 +143,15 @@ def test_reflectances_share_one_scale(blender):
     dark = curve_picture(grid.wavelengths_nm, Reflectance("d", grid, np.full(31, 0.1)).values, "reflectance", SIZE)
     filled = dark[int(SIZE * 0.5), SIZE // 2 + 5, :3]
     assert filled.max() < 0.3
+
+
+@pytest.mark.parametrize(
+    ("active", "count", "fitting", "shown"),
+    [(0, 3, 5, (0, 3)), (0, 15, 5, (0, 5)), (7, 15, 5, (5, 10)), (14, 15, 4, (12, 15)), (2, 3, 0, (2, 3))],
+)
+def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, fitting, shown):
+    from blender_addon.panels.palette_table import page_of
+
+    page = page_of(active, count, fitting)
+    assert (page.start, page.stop) == shown
+    assert active in page

@@ -37,5 +37,7 @@ def test_every_panel_draws_and_a_live_edit_is_answered():
     assert "rna_ui" not in done.stdout + done.stderr  # Blender's word for a property that a panel misnames
     assert result["waits_for_timer"]
     assert np.abs(np.subtract(result["after"], result["before"])).max() > 1e-3
+    assert np.abs(np.subtract(result["target_after_undo"], (0.9, 0.7, 0.5))).max() > 1e-2
+    assert result["error_after_undo"] < 1e-2
     assert result["status"] != "solved"
     assert result["conflicts"] > 0

@@ -53,9 +53,11 @@ for panel in PANELS:
 blender_addon.register()
 
 bpy.context.preferences.view.show_splash = False
-scene = bpy.context.scene
-cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Light"]
-palette = scene.spectral.palette
+
+
+def palette():
+    """Asked for anew each time: undo moves everything in memory."""
+    return bpy.context.scene.spectral.palette
 
 
 def areas(kind: str) -> list:
@@ -84,50 +86,67 @@ def show(context_name: str):
 def prepare() -> None:
     """A solved and applied palette, spectra of all kinds, a plan."""
     bpy.ops.spectral.palette_preset(preset="SPLIT_LIGHT")
-    palette.materials[0].material, palette.lights[1].light = cube.active_material, lamp.data
+    palette().materials[0].material, palette().lights[1].light = (
+        bpy.data.objects["Cube"].active_material,
+        bpy.data.objects["Light"].data,
+    )
     bpy.ops.spectral.palette_apply()
-    palette.show_curves = True
-    scene.world.spectral.source = "CATALOGUE"
-    scene.world.spectral.catalogue_name = "nobody"
-    scene.render.engine = "SPECTRAL"
+    palette().show_curves = True
+    bpy.context.scene.world.spectral.source = "CATALOGUE"
+    bpy.context.scene.world.spectral.catalogue_name = "nobody"
+    bpy.context.scene.render.engine = "SPECTRAL"
     bpy.ops.spectral.plan()
     nodes = areas("DOPESHEET_EDITOR") or areas("OUTLINER")
     nodes[0].ui_type = "ShaderNodeTree"
-    tree = cube.active_material.node_tree
+    tree = bpy.data.objects["Cube"].active_material.node_tree
     tree.nodes.active = tree.nodes["Principled BSDF"]
     bpy.ops.ed.undo_push(message="prepared")
 
 
 def select_lamp() -> None:
-    bpy.context.view_layer.objects.active = lamp
+    bpy.context.view_layer.objects.active = bpy.data.objects["Light"]
 
 
 def edit() -> None:
-    facts["before"] = tuple(palette.materials[2].cells[1].actual_linear)
+    facts["before"] = tuple(palette().materials[2].cells[1].actual_linear)
     facts["edited_at"] = perf_counter()
-    palette.materials[2].cells[1].target = (0.9, 0.7, 0.5)
-    facts["waits_for_timer"] = palette.is_stale
+    palette().materials[2].cells[1].target = (0.9, 0.7, 0.5)
+    facts["waits_for_timer"] = palette().is_stale
 
 
 def solved() -> bool:
-    if palette.is_stale:
+    if palette().is_stale:
         return False
     facts.setdefault("answered_after", perf_counter() - facts["edited_at"])
-    facts["after"] = tuple(palette.materials[2].cells[1].actual_linear)
+    facts["after"] = tuple(palette().materials[2].cells[1].actual_linear)
     return True
+
+
+def undo() -> None:
+    """Back to before the edit, as a person does it."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.undo_push(message="edited")
+        bpy.ops.ed.undo()
+    facts["target_after_undo"] = tuple(palette().materials[2].cells[1].target)
+
+
+def undone() -> bool:
+    cell = palette().materials[2].cells[1]
+    facts["error_after_undo"] = max(abs(a - b) for a, b in zip(cell.actual_linear, facts["before"], strict=True))
+    return facts["error_after_undo"] < 1e-2
 
 
 def ask_the_impossible() -> None:
     """Green under a lamp that has none."""
     bpy.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     for row, target in enumerate([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)]):
-        palette.materials[row].cells[0].target = target
-        palette.materials[row].cells[1].target = (0.0, 1.0, 0.0)
+        palette().materials[row].cells[0].target = target
+        palette().materials[row].cells[1].target = (0.0, 1.0, 0.0)
 
 
 def conflict_drawn() -> bool:
-    facts["status"], facts["conflicts"] = palette.status, len(palette.conflicts)
-    return not palette.is_stale and palette.status != "solved" and len(palette.conflicts) > 0
+    facts["status"], facts["conflicts"] = palette().status, len(palette().conflicts)
+    return not palette().is_stale and palette().status != "solved" and len(palette().conflicts) > 0
 
 
 def seen(*names: str):
@@ -148,6 +167,7 @@ STEPS = [
     (select_lamp, lambda: True),
     (show("DATA"), seen("SPECTRAL_PT_light")),
     (edit, solved),
+    (undo, undone),
     (ask_the_impossible, conflict_drawn),
     (show("SCENE"), lambda: len(drawn) == len(PANELS)),
 ]

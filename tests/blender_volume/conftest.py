@@ -9,19 +9,6 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
 
 
-@pytest.fixture(scope="module")
-def _extension():
-    """The extension, enabled here unless another folder's tests have it enabled for the whole session."""
-    import blender_addon
-
-    mine = not hasattr(bpy.types.Scene, "spectral")
-    if mine:
-        blender_addon.register()
-    yield
-    if mine:
-        blender_addon.unregister()
-
-
 @pytest.fixture
 def blender(_extension, tmp_path):
     """bpy with the extension, an empty file saved in a folder of its own, and a camera."""

@@ -31,6 +31,7 @@ pytest.importorskip("mitsuba")
 WHITE = gray(1.0)
 SURFACES = {
     "diffuse": Diffuse(WHITE),
+    "rough diffuse": Diffuse(WHITE, 1.0),
     "mirror": Glossy(WHITE, 0.0),
     "glossy": Glossy(WHITE, 0.3),
     "rough glossy": Glossy(WHITE, 1.0),

@@ -80,12 +80,13 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
         props=properties,
     )
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = mi.Float(part.positions.ravel())
-    parameters["faces"] = mi.UInt32(part.triangles.ravel())
+    arrays = {"vertex_positions": part.positions, "faces": part.triangles}
     if part.normals is not None:
-        parameters["vertex_normals"] = mi.Float(part.normals.ravel())
+        arrays["vertex_normals"] = part.normals
     if part.uvs is not None:
-        parameters["vertex_texcoords"] = mi.Float(part.uvs.ravel())
+        arrays["vertex_texcoords"] = part.uvs
+    for name, array in arrays.items():  # the scalar variants have other array types than mi.Float
+        parameters[name] = type(parameters[name])(array.ravel())
     parameters.update()
     return mesh
 

@@ -98,6 +98,15 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
     return context.load(description)
 
 
+def is_dark(surface: Surface | None) -> bool:
+    """Whether a surface emits nothing."""
+    for _, closure in weighted_closures(surface):
+        emitted = closure.strength if isinstance(closure, Emission) else getattr(closure, "emission_strength", 0.0)
+        if emitted != 0:
+            return False
+    return True
+
+
 def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
     """Texture of the radiance that a surface emits, None where it is dark."""
     terms = []
@@ -146,7 +155,7 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
         yield weight, _glossy(context, closure, subject)
     elif isinstance(closure, Glass):
         color = paint.reflectance(context, closure.color, subject)
-        yield weight, _glass(context, (color, color), closure.roughness, closure.ior, subject)
+        yield weight, _glass(context, (color, color, color), closure.roughness, closure.ior, subject)
     elif isinstance(closure, Transparent):
         color = paint.reflectance(context, closure.color, subject)
         yield weight, context.load({"type": "tinted_null", "color": color})
@@ -157,7 +166,8 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
 def _diffuse(context: Context, closure: Diffuse, subject: str) -> Any:
     reflectance = paint.reflectance(context, closure.color, subject)
     if isinstance(closure.roughness, ImageTexture) or closure.roughness != 0:
-        context.note(subject, "has a rough diffuse surface (Oren-Nayar); it is rendered smooth (Lambert)")
+        roughness = paint.scalar_texture(context, closure.roughness, subject)
+        return context.load({"type": "rough_diffuse", "color": reflectance, "roughness": roughness})
     return context.load({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
 
 
@@ -170,7 +180,9 @@ def _glossy(context: Context, closure: Glossy, subject: str) -> Any:
     return context.load({"type": "blender_glossy", "color": color, "roughness": roughness})
 
 
-def _glass(context: Context, colors: tuple[Any, Any], roughness: Scalar, ior: float | Spectrum, subject: str) -> Any:
+def _glass(
+    context: Context, colors: tuple[Any, Any, Any], roughness: Scalar, ior: float | Spectrum, subject: str
+) -> Any:
     if isinstance(ior, Spectrum):
         texture, nominal = paint.sampled_spectrum(context, ior), float(ior.at(589.3)) or 1.5
     else:
@@ -185,6 +197,7 @@ def _glass(context: Context, colors: tuple[Any, Any], roughness: Scalar, ior: fl
         "smooth": smooth,
     }
     if not smooth:
+        description["facet_color"] = colors[2]
         description["roughness"] = paint.scalar_texture(context, roughness, subject)
     return context.load(description)
 
@@ -204,7 +217,7 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
         # light passes two surfaces on its way through a body, so each takes half of the color
         half_tint = context.load({"type": "root_paint", "color": base})
         glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
-        yield through, _glass(context, (white, half_tint), closure.roughness, glass_ior, subject)
+        yield through, _glass(context, (white, half_tint, base), closure.roughness, glass_ior, subject)
     # metal keeps its full share; transmission takes its share from what is not metal
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {

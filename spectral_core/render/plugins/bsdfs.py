@@ -53,7 +53,8 @@ def register(mi: Any, dr: Any) -> None:
             sharp = mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta) | mi.has_flag(
                 drawn.sampled_type, mi.BSDFFlags.Null
             )
-            spread = active & ~sharp & (drawn.pdf > 0.0)
+            blunt = dr.select(sharp, mi.Bool(False), mi.Bool(True))
+            spread = active & blunt & (drawn.pdf > 0.0)
             total, density = self.eval_pdf(ctx, si, drawn.wo, spread)
             drawn.pdf = dr.select(spread, density, drawn.pdf)
             value = dr.select(spread, total / dr.maximum(density, 1e-20), value)

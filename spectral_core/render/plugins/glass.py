@@ -17,7 +17,8 @@ def register(mi: Any, dr: Any) -> None:
 
         ``ior``: texture, read at the first wavelength (under dispersion all wavelengths of a path are equal).
         ``smooth``: a sharp interface; else ``roughness`` (texture) with GGX facets and energy kept for
-        ``nominal_ior``. Radiance is not scaled by the squared index, as in Cycles: what enters also leaves.
+        ``nominal_ior``; what is transmitted after bouncing between facets is tinted by ``facet_color``. Radiance is
+        not scaled by the squared index, as in Cycles: what enters also leaves.
         """
 
         def __init__(self, properties: Any) -> None:
@@ -36,7 +37,7 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = self.m_components[0] | self.m_components[1]
             nominal = round(float(properties["nominal_ior"]), 6)
             if not self.smooth:
-                self.roughness = properties["roughness"]
+                self.roughness, self.facet_color = properties["roughness"], properties["facet_color"]
                 self.kept_outside = KeptEnergy(mi, albedo.dielectric(nominal)[1])
                 self.kept_inside = KeptEnergy(mi, albedo.dielectric(1 / nominal)[1])
 
@@ -97,9 +98,10 @@ def register(mi: Any, dr: Any) -> None:
                 outside, inside = (keep(roughness, wi.z, color) for keep in (self.kept_outside, self.kept_inside))
                 return dr.select(si.wi.z > 0.0, outside, inside)
 
-            mirror_color, tint = self.reflection_color.eval(si, active), self.transmission_color.eval(si, active)
+            mirror_color = self.reflection_color.eval(si, active)
             value = mirror_color * kept(mirror_color) * (reflected * mirror)
-            value += tint * kept(tint) * (passed * through * masked)
+            tint = self.transmission_color.eval(si, active)
+            value += tint * kept(self.facet_color.eval(si, active)) * (passed * through * masked)
             density = reflected * mirror_density + passed * through
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 

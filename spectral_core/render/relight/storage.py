@@ -99,16 +99,7 @@ class Storage:
             hats = _reaching_hats(self.grid)
             widths = (hats[:, 1:] + hats[:, :-1]).sum(axis=1) / 2
             return Bands(tuple(f"{knot:.6f}" for knot in self.grid.wavelengths_nm), hats / widths[:, None])
-        hats = self.grid.values_from_knots(WAVELENGTHS_NM).T
-        between = self.grid.values_from_knots(WAVELENGTHS_NM[:-1] + 0.5).T
-        cmfs = _cmfs()
-        half_way = (cmfs[:, 1:] + cmfs[:, :-1]) / 2
-        count = len(hats)
-        return Bands(
-            tuple(f"{axis}.{knot:.6f}" for knot in self.grid.wavelengths_nm for axis in "xyz"),
-            (hats[:, None] * cmfs).reshape(3 * count, -1),
-            (between[:, None] * half_way).reshape(3 * count, -1),
-        )
+        return _hats_times_cmfs(self.grid)
 
     def rgb_from_channels(self, light: Spectrum) -> Array:
         """Matrix (3, channels): linear sRGB of a pixel whose channels were recorded under flat light, lit by ``light``.
@@ -128,6 +119,19 @@ class Storage:
 def flat_light() -> Illuminant:
     """The light that transport is recorded under: 1 at every wavelength that is traced."""
     return Illuminant("flat", SpectralGrid(np.array([float(FIRST_NM), float(LAST_NM)])), np.ones(2))
+
+
+def _hats_times_cmfs(grid: SpectralGrid) -> Bands:
+    """Products of two functions that are linear within each 1 nm cell; the outermost hats end where the grid does."""
+    hats, cmfs = grid.values_from_knots(WAVELENGTHS_NM).T, _cmfs()
+    knots = grid.wavelengths_nm
+    inside = (knots[0] <= WAVELENGTHS_NM[:-1]) & (WAVELENGTHS_NM[1:] <= knots[-1])
+    ends = (slice(None, -1), slice(1, None))
+    at_ends = [hats[:, None, end] * cmfs[:, end] for end in ends]
+    half_way = (hats[:, None, :-1] + hats[:, None, 1:]) * (cmfs[:, :-1] + cmfs[:, 1:]) / 4
+    pieces = np.stack([at_ends[0], half_way, at_ends[1]]) * inside
+    names = tuple(f"{axis}.{knot:.6f}" for knot in knots for axis in "xyz")
+    return Bands(names, (hats[:, None] * cmfs).reshape(len(names), -1), pieces.reshape(3, len(names), -1))
 
 
 def _cmfs() -> Array:

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Record what each light group of a .blend file contributes, so that light can be decided later."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+from spectral_core.errors import InvalidInputError
+
+from . import _blend
+
+KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    _blend.add_scene_arguments(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE.exr", help="transport file; default SCENE.transport.exr")
+    parser.add_argument(
+        "--storage", choices=KINDS, default="dial",
+        help="dial: mixtures of the lights as they are; bands: new spectra, nearly; exact: new spectra on a 10 nm grid",
+    )  # fmt: skip
+    parser.add_argument(
+        "--one-per-light", action="store_true", help="a group for each light, not Blender's light groups"
+    )
+    parser.add_argument("--estimate", action="store_true", help="only state memory and error, render nothing")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """State memory and error, then record."""
+    from spectral_core.render import RenderProcess
+    from spectral_core.render.relight.transport import one_group_per_light, record_transport
+    from spectral_core.render.relight.transport_file import write_transport
+
+    out = arguments.out or Path(arguments.scene.with_suffix(".transport.exr").name)
+    if out.suffix.lower() != ".exr":
+        raise InvalidInputError(f"{out.name} does not end in .exr, which a transport file is")
+    start = time.perf_counter()
+    with _blend.chatter_to_stderr():
+        scene = _translated(arguments)
+    storage = _storage(arguments.storage)
+    grouped = one_group_per_light(scene) if arguments.one_per_light else scene
+    names = {light.group for light in grouped.lights} | ({grouped.world.group} if not grouped.world.is_black else set())
+    stated = storage.describe(*scene.film.size, len(names))
+    print(stated)
+    report = {"stated": stated, "bytes": storage.bytes_needed(*scene.film.size, len(names)), "groups": sorted(names)}
+    if not arguments.estimate:
+        with RenderProcess() as renderer:
+            transport = record_transport(
+                scene, storage, one_per_light=arguments.one_per_light, render=renderer.render,
+                on_progress=lambda p: print(f"{p.samples}/{p.total} samples", file=sys.stderr),
+            )  # fmt: skip
+        write_transport(out, transport)
+        seconds = round(time.perf_counter() - start, 2)
+        print(f"{out}: light groups {', '.join(repr(name) for name in transport.groups)}, {seconds:.1f} s")
+        report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds}
+    if arguments.json:
+        print(json.dumps(report))
+    return 0
+
+
+def _translated(arguments: argparse.Namespace):
+    scene = _blend.open_scene(arguments)
+    import bpy
+
+    from ..translate.scene import translate_scene
+
+    scene.view_layers[0].update()
+    return _blend.with_variant(translate_scene(bpy.context.evaluated_depsgraph_get()), arguments.variant)
+
+
+def _storage(kind: str):
+    from spectral_core.render.relight.storage import Storage
+    from spectral_core.spectrum import SpectralGrid
+
+    if kind == "dial":
+        return Storage.dial()
+    if kind == "exact":
+        return Storage.exact(SpectralGrid.uniform(380, 780, 10))
+    return Storage.bands(int(kind.removeprefix("bands")))

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A palette that begins with the lights and materials that the scene has."""
+
+import bpy
+
+from spectral_core.color import display_rgb_from_linear
+from spectral_core.errors import InvalidInputError
+
+from ..properties import live, palette_solve
+from ..properties import palette_table as table
+from ..properties.spectrum import spectrum_of, store_spectrum
+from .common import UNDOABLE, palette_in, reporting
+
+MOST = 15
+"""Rows and columns that are taken over; a table of more is no longer read by eye."""
+
+
+class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
+    """Lights and materials of the scene as a table to begin with."""
+
+    bl_idname = "spectral.palette_from_scene"
+    bl_label = "From This Scene"
+    bl_description = (
+        "Begin with the lights and materials of this scene. Each material keeps its color under the first light; "
+        "lights without a spectrum count as daylight"
+    )
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context):
+        objects = context.view_layer.objects
+        lights = _unique(thing.data for thing in objects if thing.type == "LIGHT")
+        materials = _unique(slot.material for thing in objects for slot in thing.material_slots)
+        if not lights or not materials:
+            raise InvalidInputError(
+                f"this scene has {len(lights)} lights and {len(materials)} materials; a palette needs one of each"
+            )
+        palette = palette_in(context)
+        table.clear(palette)
+        with live.paused():
+            for lamp in lights[:MOST]:
+                _add_light(palette, lamp)
+            for material in materials[:MOST]:
+                _add_material(palette, material)
+        left = max(len(lights) - MOST, 0) + max(len(materials) - MOST, 0)
+        if left:
+            self.report({"WARNING"}, f"{left} lights or materials are left out; the table holds {MOST} of each")
+        if palette_solve.solve_scene(context.scene) is None:
+            raise InvalidInputError(palette.message)
+        live.redraw()
+
+
+def _unique(found) -> list:
+    return list(dict.fromkeys(each for each in found if each is not None))
+
+
+def _add_light(palette, lamp) -> None:
+    """Measured, with the spectrum that the light has, daylight where it has none."""
+    column = table.add_light(palette, lamp.name)
+    column.light = lamp
+    if lamp.spectral.source == "CATALOGUE":
+        column.spectral.catalogue_name = lamp.spectral.catalogue_name
+    elif lamp.spectral.source != "NONE":
+        store_spectrum(column.spectral, spectrum_of(lamp))
+
+
+def _add_material(palette, material) -> None:
+    """Measured where the material has a measured spectrum, else to be designed."""
+    row = table.add_material(palette, material.name)
+    row.material = material
+    if material.spectral.source in ("CATALOGUE", "FILE"):
+        row.design = "MEASURED"
+        store_spectrum(row.spectral, spectrum_of(material))
+        return
+    row.cells[0].mode = "FIXED"
+    row.cells[0].target = display_rgb_from_linear(main_color(material))
+
+
+def main_color(material) -> tuple[float, float, float]:
+    """Linear RGB of the first color socket of a material's surface, of its viewport color where there is none."""
+    tree = material.node_tree
+    for node in tree.nodes if tree is not None else ():
+        for name in ("Base Color", "Color"):
+            socket = node.inputs.get(name)
+            if node.type.startswith("BSDF") and socket is not None and socket.type == "RGBA":
+                return tuple(socket.default_value[:3])
+    return tuple(material.diffuse_color[:3])
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_from_scene,))

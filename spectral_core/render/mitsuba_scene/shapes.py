@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Placed meshes as Mitsuba shapes: in world space, or as instances of a shared group where that saves memory."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.mitsuba_scene import geometry, surface
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.medium import medium_object
+from spectral_core.scene import Diffuse, Instance, Material, Scene
+
+PLAIN = Material("", Diffuse())
+"""What a material slot without a material looks like: Blender's default gray."""
+SHARED_TRIANGLES = 20_000
+"""Copies of a mesh that come to more triangles than this share one."""
+
+
+class Shapes:
+    """Shapes of a scene's instances; BSDFs and media are made once per material."""
+
+    def __init__(self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> None:
+        self.context, self.parts = context, parts
+        self.materials = {material.name: material for material in scene.materials}
+        self._bsdfs: dict[str, Any] = {}
+        self._media: dict[str, Any] = {}
+        self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
+        self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
+
+    def of(self, instance: Instance) -> list[Any]:
+        """Mitsuba shapes of one placement, none where nothing of it can be seen."""
+        matrix, parts = instance.world_from_object, self.parts[instance.mesh]
+        if np.linalg.matrix_rank(matrix[:3, :3]) < 2:
+            self.context.note(instance.name, "is scaled to a line or a point, so nothing of it can be seen")
+            return []
+        if self._is_shared(instance):
+            transform = self.context.mitsuba.ScalarTransform4f(matrix)
+            group = self._group(instance)
+            return [self.context.load({"type": "instance", "to_world": transform, "group": group})]
+        shapes = []
+        for index, part in parts.items():
+            placed = geometry.transformed(part, matrix)
+            if geometry.area_of(placed) > 0:
+                shapes.append(geometry.mesh_shape(self.context, placed, self._children(instance, index)))
+        return shapes
+
+    @property
+    def groups(self) -> list[Any]:
+        """The shape groups that instances show, after all instances were asked for."""
+        return list(self._groups.values())
+
+    @property
+    def media(self) -> list[Any]:
+        """The media inside of shapes."""
+        return [medium for medium in self._media.values() if medium is not None]
+
+    def _is_shared(self, instance: Instance) -> bool:
+        """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own."""
+        uses = self._uses[(instance.mesh, instance.materials)]
+        triangles = sum(len(part.triangles) for part in self.parts[instance.mesh].values())
+        if uses < 2 or uses * triangles < SHARED_TRIANGLES:
+            return False
+        if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
+            return False
+        worn = [self._material(instance, index) for index in self.parts[instance.mesh]]
+        return all(m.medium is None and surface.is_dark(m.surface) for m in worn)
+
+    def _group(self, instance: Instance) -> Any:
+        key = (instance.mesh, instance.materials)
+        if key not in self._groups:
+            description: dict[str, Any] = {"type": "shapegroup"}
+            for index, part in self.parts[instance.mesh].items():
+                shape = geometry.mesh_shape(self.context, part, self._children(instance, index))
+                description[f"part_{index:05d}"] = shape
+            self._groups[key] = self.context.load(description)
+        return self._groups[key]
+
+    def _material(self, instance: Instance, index: int) -> Material:
+        if not instance.materials:
+            return PLAIN
+        # Blender shows the last slot where an index has none
+        return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
+
+    def _children(self, instance: Instance, index: int) -> dict[str, Any]:
+        material, context = self._material(instance, index), self.context
+        if material.name not in self._bsdfs:
+            self._bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
+            if material.medium is not None:
+                self._media[material.name] = medium_object(context, material.medium, material.name)
+        children = {"bsdf": self._bsdfs[material.name]}
+        if self._media.get(material.name) is not None:
+            children["interior"] = self._media[material.name]
+        radiance = surface.emission(context, material.surface, material.name)
+        if radiance is not None:
+            radiance = context.switched(radiance, instance.group)
+            children["emitter"] = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
+        return children

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that break exporters, rendered in a process of their own: each renders, or gives one clear message."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("bpy")
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+HERE = Path(__file__).resolve().parent
+RENDERS = {
+    "unknown_nodes": ["Noise Texture", "Wave Texture", "Bump", "Fresnel"],
+    "group_without_tree": [],
+    "linked_library": [],
+    "missing_library": ["gone.blend"],
+    "missing_images": ["gone.png", "gone.mp4", "UDIM"],
+    "image_of_nans": ["not finite"],
+    "hair": ["Fur", "Locks", "Smoke", "Dots"],
+    "empty_meshes": [],
+    "zero_size_lights": ["AREA"],
+    "negative_scale": ["Gone"],
+    "no_objects": [],
+    "camera_is_no_camera": ["Lamp as camera"],
+    "wild_numbers": ["Negative"],
+    "everything_past_its_slot": [],
+}
+"""File, and what its notes must name."""
+FAILS = {
+    "no_camera": "has no camera; add one",
+    "no_blend_file": "no_blend_file.blend cannot be opened",
+}
+
+
+def run(*arguments):
+    environment = {**os.environ, "PYTHONPATH": str(HERE.parents[1])}
+    return subprocess.run(
+        [sys.executable, "-W", "ignore", str(HERE / "hard_files.py"), *map(str, arguments)],
+        capture_output=True, text=True, env=environment, timeout=240,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def outcomes(tmp_path_factory):
+    """What each file came to. A file that ends its process is noted as such, and the next ones get a new process."""
+    folder = tmp_path_factory.mktemp("hard")
+    built = run("build", folder)
+    assert built.returncode == 0, built.stderr[-2000:]
+    left, found = [*RENDERS, *FAILS], {}
+    while left:
+        answer = run("render", folder, *left)
+        lines = [json.loads(line) for line in answer.stdout.splitlines() if line.startswith("{")]
+        current = None
+        for line in lines:
+            current = line.get("begin", current)
+            found.setdefault(current, {}).update(line)
+        if "status" not in found.get(current, {}):
+            found[current] = {"crash": answer.returncode, "error": answer.stderr[-2000:]}
+        left = [name for name in left if name not in found]
+    return found
+
+
+@pytest.mark.parametrize("name", RENDERS)
+def test_renders_and_names_what_it_could_not_show(outcomes, name):
+    outcome = outcomes[name]
+    assert outcome.get("status") == 0, outcome
+    assert outcome["size"] == [32, 24] and outcome["finite"]
+    for word in RENDERS[name]:
+        assert any(word in note for note in outcome["notes"]), (word, outcome["notes"])
+    assert len(set(outcome["notes"])) == len(outcome["notes"])
+
+
+@pytest.mark.parametrize("name", FAILS)
+def test_gives_one_clear_message_and_status_1(outcomes, name):
+    assert outcomes[name].get("status") == 1 and FAILS[name] in outcomes[name]["error"]
+
+
+def test_nothing_lights_the_empty_picture_and_something_the_others(outcomes):
+    assert outcomes["no_objects"]["mean"] == pytest.approx(0.25)  # black, alpha 1
+    assert all(outcomes[name]["mean"] > 0.26 for name in ("unknown_nodes", "linked_library", "hair", "empty_meshes"))

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Problems refuse what cannot be meant, and say what to do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.datasets import illuminant
+from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
+from spectral_core.observer import normalized
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.presets import PRESETS, design_grid, split_light
+from spectral_core.palette.wishes import compiled_wishes
+
+D65 = normalized(illuminant("D65"))
+GREY = (0.2, 0.2, 0.2)
+
+
+def problem(*rows: tuple[Cell, ...], **settings: object) -> PaletteProblem:
+    materials = tuple(PaletteReflectance(f"r{i}") for i in range(len(rows)))
+    return PaletteProblem(design_grid(), (PaletteLight(D65),), materials, rows, **settings)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Cell.fixed((0.1, 0.2)), "target color of a cell has shape"),
+        (lambda: Cell.fixed((0.1, np.nan, 0.2)), "not finite"),
+        (lambda: Cell.fixed(GREY, weight=-1), "weight of a cell is -1"),
+        (lambda: Cell("fixed"), "'fixed' and only it has one"),
+        (lambda: Cell("same"), "refers to 0 other cells"),
+        (lambda: Cell.free(((0.5, 0, 0), (0.1, 1, 1))), "swap its ends"),
+        (lambda: problem((Cell.fixed(GREY), Cell.fixed(GREY))), "lengths"),
+        (lambda: problem((Cell.same_as((3, 0)),)), "another cell of the table"),
+        (lambda: problem((Cell.same_as((0, 0)),)), "another cell of the table"),
+        (lambda: problem((Cell.fixed(GREY),), (Cell.constant((0, 0)),)), "in the same row"),
+        (lambda: problem((Cell.fixed(GREY),), match="cielab"), "match is 'cielab'"),
+        (lambda: problem((Cell.fixed(GREY),), rounds=0), "rounds is 0"),
+        (lambda: problem((Cell.fixed(GREY),), reflectance_bounds=(1.0, 0.0)), "the lower one first"),
+        (lambda: PaletteProblem(design_grid(), (), (), ()), "at least one of its lights"),
+        (lambda: PaletteLight(D65, luminance=2.0), "is fixed, so luminance cannot be asked"),
+        (lambda: PaletteLight(D65, free=True, variants=(D65,)), "only a measured light can have variants"),
+        (lambda: split_light().with_cells({(9, 9): Cell.ignore()}), "outside the table of 5×3"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(make, message):
+    with pytest.raises(InvalidInputError, match=message):
+        make()
+
+
+def test_a_designed_light_must_be_on_the_grid():
+    with pytest.raises(GridMismatchError, match="use .resampled"):
+        PaletteProblem(
+            design_grid(),
+            (PaletteLight(D65, free=True),),
+            (PaletteReflectance("r"),),
+            ((Cell.fixed(GREY),),),
+        )
+
+
+def test_an_unknown_observer_is_named():
+    with pytest.raises(UnknownNameError, match="no observer is named 'cie_1932'"):
+        problem((Cell.fixed(GREY),), observers=("cie_1932",))
+
+
+def test_boxes_without_a_common_color_are_refused():
+    low, high = ((0.0,) * 3, (0.1,) * 3), ((0.5,) * 3, (0.9,) * 3)
+    apart = problem((Cell.free(low),), (Cell.same_as((0, 0), box=high),))
+    with pytest.raises(InvalidInputError, match="no color in common"):
+        compiled_wishes(apart)
+
+
+def test_weights_are_held_within_a_thousand_and_that_is_said():
+    wishes = compiled_wishes(problem((Cell.fixed(GREY, weight=1e12),), (Cell.fixed(GREY),), (Cell.fixed(GREY),)))
+    weights = [target.weight for target in wishes.targets]
+    assert max(weights) / min(weights) == pytest.approx(1000.0)
+    assert any("ratio of 1000" in note for note in wishes.notes)
+    assert compiled_wishes(problem((Cell.fixed(GREY, weight=500.0),), (Cell.fixed(GREY),))).notes == ()
+
+
+def test_same_cells_gather_into_one_group_whatever_their_order():
+    rows = ((Cell.same_as((2, 0)),), (Cell.same_as((0, 0)),), (Cell.fixed(GREY),), (Cell.same_as((1, 0), weight=3.0),))
+    (group,) = compiled_wishes(problem(*rows)).groups
+    assert group.members == ((0, 0), (1, 0), (2, 0), (3, 0))
+
+
+@pytest.mark.parametrize("name", list(PRESETS))
+def test_presets_build_and_stay_editable(name):
+    preset = PRESETS[name]()
+    assert replace(preset, smoothness=0.5).smoothness == 0.5
+    assert preset.grid.wavelengths_nm[0] == 380.0
+    assert preset.grid.interpolation == "linear"

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A live session answers every edit as a fresh solve would, and says when it cannot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.palette_speed import coupled_palette
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.presets import hidden_mark, most_distinct, split_light
+from spectral_core.palette.session import PaletteSession
+from spectral_core.palette.wishes import compiled_wishes
+
+
+def random_wish(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:
+    """Any soft wish."""
+    kind = int(rng.integers(6))
+    weight = float(rng.choice([0.1, 1.0, 3.0]))
+    if kind == 0:
+        return Cell.ignore()
+    if kind == 1:
+        return Cell.black(weight=weight)
+    if kind == 2 and cell[0]:
+        return Cell.same_as((cell[0] - 1, cell[1]), weight=weight)
+    if kind == 3:
+        return Cell.constant((cell[0], (cell[1] + 1) % 3), weight=weight)
+    return Cell.fixed(rng.uniform(0, 1, 3), weight=weight)
+
+
+def anchored(problem: PaletteProblem) -> np.ndarray:
+    """Cells (R, L) whose color is pinned by a target of theirs or of their group; others are nearly free."""
+    wishes = compiled_wishes(problem)
+    pinned = np.zeros((len(problem.reflectances), len(problem.lights)), dtype=bool)
+    for target in wishes.targets:
+        pinned[target.cell] = True
+    for group in wishes.groups:
+        if any(pinned[member] for member in group.members):
+            pinned[tuple(np.transpose(group.members))] = True
+    return pinned
+
+
+def test_every_edit_is_answered_as_by_a_fresh_solve(rng):
+    session = PaletteSession(coupled_palette((4, 3, 31), rng))
+    for _ in range(40):
+        cell = (int(rng.integers(4)), int(rng.integers(3)))
+        answer = session.edit(cell, random_wish(rng, cell))
+        fresh = solve_palette(session.problem, explain=False)
+        assert answer.trusted
+        assert answer.kkt_residual < 1e-6
+        wanted = anchored(session.problem)
+        np.testing.assert_allclose(
+            answer.actual_linear_rgb[wanted],
+            fresh.actual_linear_rgb[wanted],
+            atol=2e-6,
+            err_msg=str(session.problem.cells),
+        )
+        np.testing.assert_allclose(session.solution().actual_linear_rgb, answer.actual_linear_rgb, atol=1e-12)
+
+
+def test_rounds_settle_when_lights_are_designed_too():
+    session = PaletteSession(split_light())
+    color = np.array([0.1, 0.5, 0.3])
+    answer = session.edit((3, 2), Cell.fixed(color))
+    assert answer.trusted
+    before = np.nanmean(answer.delta_e_2000)
+    after = np.nanmean(session.refine(30).delta_e_2000)
+    assert after < before
+    assert after < 0.05
+    assert session.solution().status == "solved"
+
+
+def test_exact_cells_go_through_the_general_engines(rng):
+    session = PaletteSession(coupled_palette((3, 3, 31), rng))
+    answer = session.edit((1, 0), Cell.same_as((0, 0), exact=True))
+    assert answer.trusted
+    assert np.abs(answer.actual_linear_rgb[1, 0] - answer.actual_linear_rgb[0, 0]).max() < 1e-7
+    back = session.edit((1, 0), Cell.same_as((0, 0)))
+    assert back.engines == ("tied",)
+
+
+def test_settings_and_lights_can_change(rng):
+    session = PaletteSession(coupled_palette((3, 2, 31), rng))
+    session.change(smoothness=1.0)
+    fresh = solve_palette(session.problem, explain=False)
+    np.testing.assert_allclose(session.solution().actual_linear_rgb, fresh.actual_linear_rgb, atol=2e-6)
+    freed = tuple(PaletteLight(light.spectrum, free=k > 0) for k, light in enumerate(session.problem.lights))
+    assert session.change(lights=freed).trusted
+
+
+def test_targets_and_errors_are_those_of_the_solution(rng):
+    session = PaletteSession(coupled_palette((3, 3, 31), rng))
+    answer = session.edit((1, 1), Cell.fixed((0.5, 0.5, 0.5), weight=2.0))
+    solution = session.solution()
+    np.testing.assert_allclose(answer.delta_e_2000, solution.delta_e_2000, atol=1e-9)
+    np.testing.assert_allclose(answer.target_linear_rgb, solution.target_linear_rgb, atol=1e-12)
+
+
+def test_a_given_reflectance_stays(rng):
+    problem = coupled_palette((3, 3, 31), rng)
+    designed = solve_palette(problem, explain=False).reflectances[0]
+    rows = (PaletteReflectance("given", designed), *problem.reflectances[1:])
+    session = PaletteSession(replace(problem, reflectances=rows))
+    answer = session.edit((1, 1), Cell.fixed((0.5, 0.4, 0.3)))
+    fresh = solve_palette(session.problem, explain=False)
+    np.testing.assert_allclose(answer.actual_linear_rgb, fresh.actual_linear_rgb, atol=2e-6)
+    assert session.solution().reflectances[0] is designed
+
+
+def test_an_edit_outside_the_table_is_refused():
+    session = PaletteSession(hidden_mark())
+    with pytest.raises(InvalidInputError, match="outside the table of 2×2"):
+        session.edit((0, 7), Cell.ignore())
+
+
+def test_distinct_cells_stay_distinct_while_others_are_edited():
+    session = PaletteSession(most_distinct(3, color=(0.25, 0.25, 0.25)))
+    answer = session.edit((0, 0), Cell.fixed((0.27, 0.25, 0.25), exact=True))
+    assert answer.trusted
+    assert session.solution().residuals["least_delta_e_2000"] > 20

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The web page: dragged in a headless browser, its pixels are the library's."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.color import display_rgb_from_linear
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
+from spectral_core.render.relight.mix import LiveMix
+from spectral_core.render.relight.page import write_page
+from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.transport import Transport
+
+# Presses on the selector, drags it, lets go, then switches the second bulb off, and writes down what is then shown.
+DRIVE = """
+<script>
+const box = dial.getBoundingClientRect(), R = 0.36;
+const at = p => ({ clientX: box.left + box.width * (0.5 + R * p[0]), clientY: box.top + box.height * (0.5 - R * p[1]),
+                   pointerId: 1, bubbles: true });
+const send = (kind, p) => dial.dispatchEvent(new PointerEvent(kind, at(p)));
+const seen = [];
+function look() {
+  window.spectral.draw();
+  const rows = [];
+  for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) rows.push(window.spectral.pixel(x, y).slice(0, 3));
+  seen.push({ selector: state.selector.slice(), weights: Array.from(window.spectral.weights()), pixels: rows });
+}
+look();
+send("pointerdown", [0, 0]); send("pointermove", [0.2, 0.1]); send("pointermove", [0.35, 0.41]);
+send("pointerup", [0.35, 0.41]);
+look();
+send("pointerdown", state.bulbs[1]); send("pointerup", state.bulbs[1]);
+look();
+const result = document.createElement("pre");
+result.id = "result"; result.textContent = JSON.stringify(seen);
+document.body.append(result);
+</script>
+"""
+
+
+def transport_of(layers: np.ndarray) -> Transport:
+    """A dial transport of given (groups, 3, height, width) layers."""
+    count, _, height, width = layers.shape
+    names = tuple(f"light {k}" for k in range(count))
+    return Transport(Storage.dial(), names, layers.astype(np.float32), np.ones((height, width), np.float32),
+                     (None,) * count, 1.0, "0" * 64, 1, 0)  # fmt: skip
+
+
+def browse(page: Path) -> str:
+    """The page's document after its scripts ran."""
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("no Chromium on this machine")
+    quiet = ("--no-first-run", "--disable-sync", "--disable-quic", "--disable-background-networking",
+             "--disable-component-update", f"--user-data-dir={page.parent / 'profile'}")  # fmt: skip
+    look = ("--headless", "--no-sandbox", "--disable-gpu", "--window-size=900,700", "--virtual-time-budget=4000")
+    command = [program, *look, *quiet, "--dump-dom", page.as_uri()]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
+
+
+def test_dragging_in_a_browser_shows_what_the_library_computes(tmp_path: Path, rng: np.random.Generator) -> None:
+    transport = transport_of(rng.uniform(0, 1.2, (3, 3, 12, 16)))
+    page = tmp_path / "dial.html"
+    write_page(page, transport, title="Test <dial>")
+    page.write_text(page.read_text("utf-8").replace("</html>", DRIVE + "</html>"), "utf-8")
+    found = re.search(r'<pre id="result">(.*?)</pre>', browse(page), re.DOTALL)
+    assert found, "the page's script did not run to its end"
+    seen = json.loads(html.unescape(found[1]))
+
+    live, bulbs = LiveMix(transport), bulbs_on_polygon(3)
+    switches = ([True] * 3, [True] * 3, [True, False, True])
+    for state, is_on in zip(seen, switches, strict=True):
+        weights = dial_weights(state["selector"], bulbs, is_on)
+        np.testing.assert_allclose(state["weights"], weights, atol=1e-12)
+        expected = 255 * np.clip(display_rgb_from_linear(live.picture(weights)[::-1, :, :3]), 0, 1)
+        shown = np.array(state["pixels"]).reshape(expected.shape)
+        assert np.abs(shown - expected).max() <= 1.0
+    np.testing.assert_allclose(seen[1]["selector"], [0.35, 0.41], atol=0.02)
+
+
+def test_pages_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="a dial needs at least 2"):
+        write_page(tmp_path / "x.html", transport_of(np.ones((1, 3, 2, 2))))
+    with pytest.raises(InvalidInputError, match="over 65504"):
+        write_page(tmp_path / "x.html", transport_of(np.full((2, 3, 2, 2), 1e6)))

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Homogeneous media against Beer-Lambert and the white furnace; dispersion against Snell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import render_scene
+from spectral_core.scene import (
+    Camera,
+    Color,
+    Film,
+    Glass,
+    Instance,
+    Material,
+    Mesh,
+    PointLight,
+    RenderSettings,
+    ScatteringMedium,
+    Scene,
+    World,
+    gray,
+)
+from spectral_core.spectrum import SpectralGrid, Spectrum
+from tests.render.scenes import lit_plane, matrix, sphere_mesh
+
+pytest.importorskip("mitsuba")
+
+
+def box(name="box"):
+    """A closed unit cube around the origin, faces outwards."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], np.float32)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+    return Mesh(name, corners, np.array(triangles, np.uint32))
+
+
+def _in_white_world(medium, camera_height=4.0, transport="rgb", surface=None):
+    return Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, camera_height)), field_of_view_rad=0.02, near=0.01),
+        film=Film(8, 8, samples=256),
+        meshes=(box(),),
+        materials=(Material("fog", surface, medium),),
+        instances=(Instance("cube", "box", np.diag([4.0, 4.0, 2.0, 1.0]), ("fog",)),),
+        world=World(gray(1.0)),
+        settings=RenderSettings(transport=transport, max_bounces=200),
+    )
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_an_absorbing_slab_follows_beer_and_lambert(transport):
+    scene = _in_white_world(ScatteringMedium(density=0.7, color=gray(0.0)), transport=transport)
+    color = render_scene(scene).pixels[..., :3].mean(axis=(0, 1))
+    assert color == pytest.approx([np.exp(-0.7 * 2)] * 3, rel=0.03)
+
+
+def test_a_camera_inside_the_medium_sees_through_what_is_left_of_it():
+    scene = _in_white_world(ScatteringMedium(density=0.7, color=gray(0.0)), camera_height=0.5)
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-0.7 * 1.5), rel=0.03)
+
+
+@pytest.mark.parametrize("anisotropy", [-0.5, 0.0, 0.7])
+def test_a_white_cloud_in_a_white_world_cannot_be_seen(anisotropy):
+    scene = _in_white_world(ScatteringMedium(density=2.0, color=gray(1.0), anisotropy=anisotropy))
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_plan_without_media_leaves_the_fog_out():
+    scene = _in_white_world(ScatteringMedium(density=5.0, color=gray(0.0)))
+    clear = replace(scene, settings=replace(scene.settings, overrides=(("media", "off"),)))
+    assert render_scene(clear).pixels[..., :3].mean() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_glowing_medium_is_noted():
+    scene = _in_white_world(ScatteringMedium(density=1.0, emission_strength=2.0))
+    assert [note.subject for note in render_scene(scene).notes] == ["fog"]
+
+
+def _prism(transport=None, dispersive=True):
+    """A glass wedge over a thin bright line: what is seen of the line depends on the wavelength."""
+    grid = SpectralGrid.uniform(360, 830, 10)
+    cauchy = Spectrum("glass", grid, 1.4 + 4e4 / grid.wavelengths_nm**2)
+    glass = Glass(gray(1.0), 0.0, cauchy if dispersive else float(cauchy.at(589.3)))
+    sky = np.zeros((64, 512, 3), np.float32)
+    sky[:, 380:388] = 1.0  # a bright meridian
+    from spectral_core.scene import ImageTexture
+
+    wedge = Mesh(
+        "wedge",
+        np.array([[-2, 0, -1], [2, 0, -1], [0, 0, 1.5], [-2, 3, -1], [2, 3, -1], [0, 3, 1.5]], np.float32) * 3,
+        np.array([[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]], np.uint32),
+    )
+    return Scene(
+        camera=Camera(world_from_camera=matrix((0, 4, 9)), field_of_view_rad=0.3),
+        film=Film(32, 8, samples=64),
+        meshes=(wedge, sphere_mesh(32)),
+        materials=(Material("glass", glass),),
+        instances=(Instance("ball", "sphere", matrix((0, 4, 4), 1.0), ("glass",)),),
+        world=World(ImageTexture("line", sky, "linear")),
+        settings=RenderSettings(transport=transport),
+    )
+
+
+def test_a_dispersive_ball_is_colored_and_a_plain_one_is_not():
+    colored, plain = (render_scene(_prism("spectral", flag)).pixels[..., :3] for flag in (True, False))
+
+    def saturation(pixels):
+        return float(np.ptp(pixels, axis=2).sum() / pixels.sum())
+
+    assert saturation(plain) < 0.1 < 0.25 < saturation(colored)
+    assert colored.sum() == pytest.approx(plain.sum(), rel=0.15)
+
+
+def test_dispersion_alone_makes_the_plan_spectral():
+    from spectral_core.render import plan_effects
+
+    plan = plan_effects(_prism())
+    assert plan.is_spectral and plan["dispersion"].value == "on"
+    assert not plan_effects(_prism(dispersive=False)).is_spectral
+
+
+def test_many_copies_share_one_mesh_and_look_the_same():
+    """Instances against the same copies in world space, mirrored and stretched ones among them."""
+    from spectral_core.render.mitsuba_scene import shapes
+
+    light = PointLight(name="lamp", world_from_light=matrix((1, -1, 5)), power_w=300)
+    scene = lit_plane(light, film=Film(32, 32, samples=64), camera=Camera(world_from_camera=matrix((0, 0, 9))))
+    placements = [np.diag([s * f, s, 0.7 * s, 1.0]) for s, f in ((0.5, 1), (0.4, -1), (0.6, 1), (0.3, -1))]
+    for number, placed in enumerate(placements):
+        placed[:3, 3] = (number - 1.5, 0.4 * number - 0.6, 0.7)
+    balls = tuple(Instance(f"ball {k}", "sphere", placed, ("red",)) for k, placed in enumerate(placements))
+    from spectral_core.scene import Diffuse
+
+    scene = replace(
+        scene,
+        meshes=(*scene.meshes, sphere_mesh(12)),
+        materials=(*scene.materials, Material("red", Diffuse(Color([0.7, 0.2, 0.1])))),
+        instances=(*scene.instances, *balls),
+    )
+    pictures = []
+    for threshold in (1, 10**9):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(shapes, "SHARED_TRIANGLES", threshold)
+            pictures.append(render_scene(scene).pixels)
+    np.testing.assert_allclose(pictures[0].mean(), pictures[1].mean(), rtol=2e-3)
+    blocks = [p[..., :3].reshape(8, 4, 8, 4, 3).mean(axis=(1, 3)) for p in pictures]
+    np.testing.assert_allclose(blocks[0], blocks[1], rtol=0.03, atol=0.01 * pictures[1].mean())
