@@ -124,7 +124,7 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     glow = Material("glow", [0.0, 2.0], [0.1, 0.1], np.array([0.2, 0.2, 0.9]), lit=False)
     paint = Material("paint", [0.0, 2.0], [DEPTH] * 2, COLOR)
     both = slab(TransferFunction((paint, glow)), "scene")
-    film = Film(8, 6, samples=64, filter_kind="box", filter_width=1.0)
+    film = Film(8, 6, samples=256, filter_kind="box", filter_width=1.0)
     result = render_scene(scene(both, lights=lamps, film=film), groups=True)
     shares = result.group_pixels
     total = sum(share[..., :3] for share in shares.values())
@@ -136,7 +136,7 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     one, two = mean_rgb(shares["one"]), mean_rgb(shares["two"])
     single = min(one - own, two, key=lambda rgb: rgb[0])
     double = max(one - own, two, key=lambda rgb: rgb[0])
-    assert double / single == pytest.approx([2.0] * 3, rel=0.05)
+    assert double / single == pytest.approx([2.0] * 3, rel=0.1)  # each step asks one lamp, drawn at random
 
 
 def test_a_volume_switched_off_in_the_plan_is_not_there():
