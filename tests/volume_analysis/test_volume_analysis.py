@@ -330,3 +330,22 @@ def test_the_example_in_the_docstring():
     from spectral_core.volume import analysis
 
     assert doctest.testmod(analysis) == (0, 7)
+
+
+def test_the_benchmark_prints_the_figures_and_draws_the_pictures(tmp_path, capsys):
+    import json
+
+    pytest.importorskip("matplotlib")
+    from benchmarks.__main__ import main
+
+    assert main(["volume-analysis", "--quick", "--json", "--out", str(tmp_path)]) == 0
+    figures = json.loads(capsys.readouterr().out.splitlines()[-1])
+    thesis = figures["cases"]["two tones, one peak (Fig. 4.1)"]
+    assert thesis["product_samples_2x"] / thesis["bound_samples_2x"] == pytest.approx(4.6, abs=0.2)
+    alike = figures["cases"]["one tone, one peak (Fig. 4.4)"]
+    assert alike["product_samples_2x"] == alike["bound_samples_2x"]
+    assert all(edge["airy_relative_error"] < 0.05 for edge in figures["kernel_edges"].values())
+    assert len(figures["pictures"]) == 4
+    assert all(
+        (tmp_path / "volume-analysis" / path.split("/")[-1]).stat().st_size > 10_000 for path in figures["pictures"]
+    )
