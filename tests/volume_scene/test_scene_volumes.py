@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 pytest.importorskip("mitsuba")
 
 from spectral_core import datasets
+from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_effects, render_scene
 from spectral_core.scene import (
     Camera,
@@ -163,3 +166,17 @@ def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
     matrix = linear_rgb_from_product(lamp, grid)
     expected = (matrix @ orange) / (matrix @ np.ones(grid.size))
     assert (shown[0] / shown[1])[:2] == pytest.approx(expected[:2], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"quality": 5.0}, "quality is 5.0 dB"),
+        ({"rule": "best"}, "no step rule is named 'best'"),
+        ({"options": {"light": "even"}}, "no option of volume 'slab' is named 'light'; did you mean 'lighting'"),
+        ({"options": {"lighting": "evn"}}, "no volume lighting is named 'evn'; did you mean 'even'"),
+    ],
+)
+def test_odd_settings_are_named(change, message):
+    with pytest.raises(InvalidInputError, match=message):
+        render_scene(scene(replace(slab(constant()), **change)))
