@@ -72,15 +72,11 @@ class ProgressivePoints:
 
         Points that lie in both regions have the same bits; ``shared`` pairs them.
         """
-        positions, coefficients = self.frame.points_in(region, self.level)
-        order = progressive_order(self.frame.lattice, coefficients, self.level, self.shifts)
-        return ProgressivePoints(
-            self.frame, region, self.level, _frozen(positions[order]), _frozen(coefficients[order]), self.shifts
-        )
+        return progressive_points(self.frame, region, level=self.level, shifts=self.shifts)
 
     def shared(self, other: ProgressivePoints) -> tuple[Integers, Integers]:
         """Indices here and there of the points in both, (K,) each; both must come from the same frame."""
-        if other.frame is not self.frame:
+        if not other.frame.same_as(self.frame):
             raise InvalidInputError(
                 "the two sets of points come from different frames, so no point is shared by design"
             )
@@ -115,6 +111,18 @@ def progressive_fill(
     order = progressive_order(chosen, coefficients, 0, shifts)
     coefficients = coefficients[order]
     return ProgressivePoints(frame, region, 0, _frozen(frame.positions(coefficients)), _frozen(coefficients), shifts)
+
+
+def progressive_points(
+    frame: Frame, region: Region, *, level: int = 0, shifts: tuple[int, ...] = ()
+) -> ProgressivePoints:
+    """All points of a frame's level in a region, in progressive order: how a stored sweep is taken up again.
+
+    ``frame``, ``level`` and ``shifts`` are those of the ``ProgressivePoints`` to continue.
+    """
+    positions, coefficients = frame.points_in(region, level)
+    order = progressive_order(frame.lattice, coefficients, level, shifts)
+    return ProgressivePoints(frame, region, level, _frozen(positions[order]), _frozen(coefficients[order]), shifts)
 
 
 def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:
