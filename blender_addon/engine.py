@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import traceback
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -12,13 +13,25 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderCancelled, SpectralError
 from spectral_core.render import Progress, RenderResult
+from spectral_core.scene import Scene
 
 from . import compat, jobs
+from .translate.frames import rigid
 from .translate.scene import translate_scene
 
 BL_IDNAME = "SPECTRAL"
 SHOWN_NOTES = 5
 """Notes in the window; all of them are in the record and on the console."""
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where pixels go, and how Blender wants them. ``working_from_rgb``: (3, 3), None where nothing changes."""
+
+    layer: str
+    view: str
+    working_from_rgb: NDArray[np.float64] | None
+    transparent: bool
 
 
 class SpectralRenderEngine(bpy.types.RenderEngine):
@@ -29,6 +42,9 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     bl_use_preview = False
     bl_use_eevee_viewport = True
     bl_use_shading_nodes_custom = False
+
+    has_result = False
+    """Whether anything was shown yet; of a render that fails later, that stays."""
 
     def render(self, depsgraph: Any) -> None:
         """Called once per view layer, on a thread of Blender's: nothing here may write to the file's data.
@@ -53,50 +69,67 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self._fail(frame, layer, f"the render stopped on an error of ours ({type(error).__name__}: {error})")
 
     def _render(self, depsgraph: Any) -> RenderResult:
+        """Translate once, render each view (one, but for stereo); returns the last view's result."""
         self.update_stats("", "Translating the scene")
         scene = translate_scene(depsgraph, camera=self.camera_override)
         wanted = jobs.current_request()
         if wanted.translated is not None:
             scene = wanted.translated(scene)
-        if self._should_stop():
-            raise RenderCancelled("stopped before the first sample")
-        self.update_stats("", "Starting the renderer")
-        layer = depsgraph.view_layer_eval.name
-        working_from_rgb = _working_from_rgb()
+        for view in self._views(depsgraph.view_layer_eval.name):
+            if self._should_stop():
+                raise RenderCancelled("stopped before the first sample")
+            self.update_stats("", "Starting the renderer")
+            place = _Place(depsgraph.view_layer_eval.name, view, _working_from_rgb(), scene.film.transparent)
+            result = self._render_view(self._seen_from(scene, depsgraph, view), place, wanted.options)
+            if result.status == "cancelled":
+                break
+        return result
 
+    def _render_view(self, scene: Scene, place: _Place, options: dict[str, Any]) -> RenderResult:
         def show(progress: Progress) -> None:
-            self._write(progress.pixels, layer, working_from_rgb, transparent=scene.film.transparent)
+            self._write(progress.pixels, place)
             self.update_progress(progress.samples / progress.total)
             self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}")
 
-        result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **wanted.options)
-        self._write(result.pixels, layer, working_from_rgb, transparent=scene.film.transparent)
+        result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
+        self._write(result.pixels, place)
         return result
 
     def _should_stop(self) -> bool:
         """Whether the user has asked to stop."""
         return bool(self.test_break())
 
-    def _write(
-        self,
-        pixels: NDArray[np.float32],
-        layer: str,
-        working_from_rgb: NDArray[np.float64] | None,
-        *,
-        transparent: bool,
-    ) -> None:
+    def _views(self, layer: str) -> list[str]:
+        """Names of the views that Blender wants: one without a name, or the eyes of a stereo render."""
+        result = self.begin_result(0, 0, 1, 1, layer=layer)
+        names = [view.name for view in result.views]
+        self.end_result(result, cancel=True)
+        return names or [""]
+
+    def _seen_from(self, scene: Scene, depsgraph: Any, view: str) -> Scene:
+        """The scene as an eye of a stereo render sees it."""
+        if not depsgraph.scene_eval.render.use_multiview:
+            return scene
+        self.active_view_set(view)
+        eye = self.camera_override or depsgraph.scene_eval.camera
+        matrix = np.asarray(self.camera_model_matrix(eye), dtype=np.float64).reshape(4, 4)
+        shift = (self.camera_shift_x(eye), scene.camera.shift[1])
+        return replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
+
+    def _write(self, pixels: NDArray[np.float32], place: _Place) -> None:
         """Show the picture so far, in Blender's scene-linear space, alpha associated."""
         height, width = pixels.shape[:2]
-        result = self.begin_result(0, 0, width, height, layer=layer)
-        combined = result.layers[0].passes.find_by_name("Combined", "") if result.layers else None
+        result = self.begin_result(0, 0, width, height, layer=place.layer, view=place.view)
+        combined = result.layers[0].passes.find_by_name("Combined", place.view) if result.layers else None
         if combined is not None:
             shown = np.array(pixels, dtype=np.float32)
-            if working_from_rgb is not None:
-                shown[..., :3] = pixels[..., :3] @ working_from_rgb.T.astype(np.float32)
-            if not transparent:
+            if place.working_from_rgb is not None:
+                shown[..., :3] = pixels[..., :3] @ place.working_from_rgb.T.astype(np.float32)
+            if not place.transparent:
                 shown[..., 3] = 1.0
             combined.rect.foreach_set(shown.ravel())
         self.end_result(result)
+        self.has_result = True
 
     def _tell(self, result: RenderResult) -> None:
         """Notes to the user: what is shown as something near to it."""
@@ -110,6 +143,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
 
     def _write_nothing(self, layer: str) -> None:
         """An empty picture: Blender 5.0 crashes when it saves an EXR of a render that never had a result."""
+        if self.has_result:
+            return
         result = self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=layer)
         self.end_result(result)
 

@@ -55,3 +55,8 @@ class Translation:
     def linear_rgb(self, working_rgb: ArrayLike) -> NDArray[np.float64]:
         """Linear sRGB (..., 3) of colors in Blender's scene-linear space (first three channels are read)."""
         return np.asarray(working_rgb, dtype=np.float64)[..., :3] @ self.rgb_from_working.T
+
+
+def overridden(depsgraph: Any, name: str) -> Any:
+    """What a view layer puts in place of everything of its kind (``"material_override"``, …), None where nothing."""
+    return getattr(depsgraph.view_layer_eval, name, None)

@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
 
-from .context import Translation
+from .context import Translation, overridden
 from .lights import translate_light
 from .materials import Dressed, translate_material
 from .meshes import GENERATED, translate_mesh, uv_layer
@@ -86,7 +86,8 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
     if not np.isfinite(matrix).all():
         found.translation.note(thing.name, "its transform is not finite; the object was left out")
         return
-    dressed = [_dress(found, slot) for slot in _materials(thing)]
+    override = overridden(found.translation.depsgraph, "material_override")
+    dressed = [_dress(found, override or material) for material in _materials(thing)]
     uv_map = _uv_map(found, thing, dressed)
     mesh = _mesh(found, thing, uv_map)
     if mesh is None:

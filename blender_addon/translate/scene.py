@@ -11,7 +11,7 @@ import bpy
 from spectral_core.scene import Film, Scene
 
 from .camera import translate_camera, translate_film
-from .context import Translation
+from .context import Translation, overridden
 from .objects import collect
 from .settings import sampling_of, settings_of
 from .world import translate_world
@@ -29,6 +29,8 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
     film = film or translate_film(source, sampling.samples, sampling.seed)
     chosen = camera if camera is not None else source.camera
     viewed = translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
+    if source.render.use_motion_blur:
+        translation.note(source.name, "motion blur is not simulated; each frame stands still")
     found = collect(translation)
     scene = Scene(
         camera=viewed,
@@ -37,7 +39,7 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
         materials=found.materials,
         instances=tuple(found.instances),
         lights=tuple(found.lights),
-        world=translate_world(translation, source.world),
+        world=translate_world(translation, overridden(depsgraph, "world_override") or source.world),
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
