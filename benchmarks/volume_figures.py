@@ -44,12 +44,12 @@ def fig_4_5(options: Options) -> dict[str, Any]:
     """Uniform at step 0.5, and the thesis rule at the same SNR: samples of non-zero opacity."""
     volume = _fields(options, "hipip", "gaussians")
     renderer, transfer = VolumeRenderer(volume), preset("wide", volume)
-    view = View.around(volume, 20.0, 25.0, zoom=1.5, width=_size(options), height=_size(options))
+    view = View.around(volume, 20.0, 25.0, zoom=1.2, width=_size(options), height=_size(options))
     exact = reference(renderer, view, transfer)
     uniform = renderer.render(view, transfer, Stepping("uniform", "midpoint", 0.5), counts=True)
     wanted = snr_db(exact, colors_of(uniform, transfer) - exact)
     adaptive = matched(renderer, view, transfer, exact, wanted)
-    save(options.out / "fig-4-5.png", [picture(uniform, 2.5), picture(adaptive, 2.5)])
+    save(options.out / "fig-4-5.png", [picture(uniform, 0.8), picture(adaptive, 0.8)])
     return {
         "4.5 uniform SNR dB": wanted,
         "4.5 thesis SNR dB": snr_db(exact, colors_of(adaptive, transfer) - exact),
@@ -105,7 +105,7 @@ def fig_5_6(options: Options) -> dict[str, Any]:
     renderer = VolumeRenderer(volume)
     image = renderer.render(view, transfer, plan(renderer, view, transfer, 55.0).stepping)
     shown = [combine(image.amounts, display_matrix(transfer, light)) for light in solution.illuminants]
-    save(options.out / "fig-5-6.png", [1.6 * each for each in shown])
+    save(options.out / "fig-5-6.png", [2.0 * each for each in shown])
     colors = solution.actual_linear_rgb
     return {
         "5.6 block to liner, equal": float(np.abs(colors[0, 0] - colors[1, 0]).max()),
@@ -125,11 +125,11 @@ def engine_palette() -> PaletteProblem:
         )
         for name, period in (("equal", 62.0), ("split", 75.0), ("smoke", 88.4))
     )
-    green, orange, gray = (0.16, 0.34, 0.14), (0.62, 0.24, 0.05), (0.55, 0.12, 0.10)
+    green, orange, haze = (0.16, 0.34, 0.14), (0.62, 0.24, 0.05), (0.34, 0.38, 0.44)
     cells = (
         (Cell.fixed(green), Cell.constant((0, 0)), Cell.constant((0, 0))),
-        (Cell.same_as((0, 0), weight=4.0), Cell.fixed(orange), Cell.free()),
-        (Cell.black(weight=4.0), Cell.black(weight=4.0), Cell.fixed(gray)),
+        (Cell.same_as((0, 0), weight=4.0), Cell.fixed(orange), Cell.constant((1, 1))),
+        (Cell.black(weight=4.0), Cell.black(weight=4.0), Cell.fixed(haze)),
     )
     rows = tuple(PaletteReflectance(name) for name in ("block", "liner", "smoke"))
     return PaletteProblem(grid, lights, rows, cells)
