@@ -95,7 +95,7 @@ def _prism(transport=None, dispersive=True):
     )
     return Scene(
         camera=Camera(world_from_camera=matrix((0, 4, 9)), field_of_view_rad=0.3),
-        film=Film(32, 8, samples=64),
+        film=Film(32, 8, samples=512),
         meshes=(wedge, sphere_mesh(32)),
         materials=(Material("glass", glass),),
         instances=(Instance("ball", "sphere", matrix((0, 4, 4), 1.0), ("glass",)),),
