@@ -40,7 +40,7 @@ def test_the_sequence_is_sobols():
 @pytest.mark.parametrize("start", [0, 256, 1024])
 def test_each_power_of_two_fills_every_elementary_interval(seed, start):
     """256 consecutive points put exactly one into each of the 256 cells, however these are shaped."""
-    first, second = sobol.pair(INDEX[start : start + 256], np.uint32(seed))
+    first, second = sobol.pair(INDEX[start : start + 256], np.array([seed], np.uint32))
     for bits in range(9):
         column = first.astype(np.uint64) >> np.uint64(32 - bits)
         row = second.astype(np.uint64) >> np.uint64(24 + bits)
@@ -48,8 +48,8 @@ def test_each_power_of_two_fills_every_elementary_interval(seed, start):
 
 
 def test_seeds_are_independent():
-    points = np.array([sobol.pair(INDEX[:64], np.uint32(seed)) for seed in range(200)], dtype=np.float64) / 2**32
+    points = np.array([sobol.pair(INDEX[:64], np.array([seed], np.uint32)) for seed in range(200)], dtype=np.float64) / 2**32
     flat = points.reshape(400, 64)
     correlation = np.corrcoef(flat)[~np.eye(400, dtype=bool)]
     assert abs(correlation.mean()) < 0.01 and np.abs(correlation).max() < 0.75
-    assert flat.mean(axis=1) == pytest.approx(np.full(400, 0.5), abs=0.02)
+    assert flat.mean(axis=1) == pytest.approx(np.full(400, 0.5), abs=0.01)
