@@ -17,7 +17,7 @@ from benchmarks._lattice_designs import DESIGNS, PROGRESSIVE, Points
 from spectral_core.lattice import evenness, prefix_separations
 
 MEASURES = ("separation", "fill_distance", "mean_square", "discrepancy", "gap_1d", "fill_2d")
-CASES = ((2, 256), (3, 256), (3, 1024), (6, 256), (6, 1024), (10, 256), (10, 1024))
+CASES = ((2, 256), (3, 256), (3, 1024), (6, 256), (6, 1024), (10, 64), (10, 256), (10, 1024))
 
 
 def run(options: Options) -> dict[str, Any]:

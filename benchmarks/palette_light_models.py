@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._catalogue import light_group, measured_reflectances, unique_lights
+from benchmarks._light_model_picture import draw_errors
 from benchmarks._palette_thesis_data import GRID, PRINTED
 from spectral_core import datasets
 from spectral_core.color import delta_e_2000, lab_from_xyz
@@ -145,6 +146,7 @@ def run(options: Options) -> dict[str, Any]:
     rows = table(binned, (5, 8) if options.quick else (3, 5, 6, 7, 8, 9, 10), pixels)
     smooth_rows = table(smooth, (8,) if options.quick else (5, 6, 7, 8, 9), pixels)
     exact = Catalogue(fine, lights, reflectances, checkers)
+    draw_errors({"all lights": rows, "smooth lights": smooth_rows}, options.out / "light_models.png")
     return {
         "rows": rows,
         "smooth_rows": smooth_rows,

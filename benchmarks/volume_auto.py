@@ -24,7 +24,7 @@ FUNCTIONS = ("wide", "narrow", "opaque")
 
 def run(options: Options) -> dict[str, Any]:
     rows = []
-    size = 96 if options.quick else 320
+    size = 96 if options.quick else 256
     for number, volume in enumerate(all_volumes(options.quick, options.extra)):
         renderer = VolumeRenderer(volume)
         view = View.around(volume, 20.0 + 37.0 * number, 15.0 + 11.0 * (number % 5), width=size, height=size)
@@ -43,7 +43,7 @@ def compare(renderer: VolumeRenderer, view: View, function: str, targets: tuple[
         base = chosen.trials[0].stepping
         row: dict[str, Any] = {"volume": renderer.volume.name, "function": function, "db": target}
         row |= {"rule": chosen.stepping.rule, "quadrature": chosen.stepping.quadrature}
-        if chosen.stepping == base:
+        if chosen.stepping.rule == "uniform":
             row |= {"samples": 1.0, "time": 1.0}
         else:
             ours, uniform = curve.at(chosen.stepping, target), curve.at(base, target)

@@ -24,7 +24,7 @@ FUNCTIONS = ("wide", "narrow", "opaque", "xray")
 def run(options: Options) -> dict[str, Any]:
     rng = np.random.default_rng(12)
     off, seconds, rendering = [], [], []
-    size = 96 if options.quick else 320
+    size = 96 if options.quick else 256
     for volume in all_volumes(options.quick, options.extra):
         renderer = VolumeRenderer(volume)
         for function in FUNCTIONS:

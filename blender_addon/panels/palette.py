@@ -15,6 +15,9 @@ STATUS = {
     "inaccurate": ("CANCEL", "Not reliable"),
 }
 
+CONFLICTS_SHOWN = 2
+"""The first ones matter most; solved, they often take the others with them."""
+
 
 def draw_palette(layout, context) -> None:
     """Start, table, status, and what to do with it."""
@@ -86,8 +89,10 @@ def _draw_help(layout, context, palette) -> None:
     """What would help; below the table, so that the table keeps its place while colors are dragged."""
     if palette.message or palette.is_stale or not palette.remedy:
         return
-    for conflict in palette.conflicts[:3]:
+    for conflict in palette.conflicts[:CONFLICTS_SHOWN]:
         _draw_conflict(layout.box(), context, palette, conflict)
+    if len(palette.conflicts) > CONFLICTS_SHOWN:
+        layout.label(text=f"and {len(palette.conflicts) - CONFLICTS_SHOWN} more", icon="BLANK1")
     if not len(palette.conflicts):
         hint = layout.column()
         hint.active = False
@@ -100,19 +105,18 @@ def _duration(milliseconds: float) -> str:
 
 def _draw_conflict(box, context, palette, conflict) -> None:
     """A cell that misses its wish, and a button that lets go of the one that stands in its way."""
-    wrapped(box, context, conflict.text, icon="INFO", indent=60.0)
     rows = {material.uid: row for row, material in enumerate(palette.materials)}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
-    if conflict.light_uid not in columns or conflict.material_uid not in rows:
-        return
-    buttons = box.row(align=True)
+    line = box.row()
+    wrapped(line.column(), context, conflict.text, icon="INFO", indent=90.0)
+    if conflict.light_uid in columns and conflict.material_uid in rows:
+        show = line.operator("spectral.palette_select", text="", icon="VIEWZOOM", emboss=False)
+        show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
     if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
         row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
         name = f"Let go of {palette.materials[row].name}, {palette.lights[column].name}"
-        relieve = buttons.operator("spectral.palette_relieve", text=name)
+        relieve = box.operator("spectral.palette_relieve", text=name)
         relieve.row, relieve.column = row, column
-    show = buttons.operator("spectral.palette_select", text="", icon="VIEWZOOM")
-    show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
 
 
 def draw_weights(layout, context) -> None:

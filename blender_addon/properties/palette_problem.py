@@ -81,7 +81,7 @@ def _light(palette, light, grid: SpectralGrid) -> PaletteLight:
             )
         primaries = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.primaries)
     return PaletteLight(
-        normalized(_on_grid(start, grid), luminance=luminance),
+        start if primaries else normalized(_on_grid(start, grid), luminance=luminance),
         free=True,
         primaries=primaries,
         white_xyz=np.array(light.white_xyz) if light.looks_white else None,

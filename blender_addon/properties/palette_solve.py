@@ -68,11 +68,6 @@ def _solve(
     return solution
 
 
-def last_solution(scene) -> PaletteSolution | None:
-    """The solution that the stored results came from, None after loading a file."""
-    return _last.get(scene.session_uid)
-
-
 def register() -> None:
     """Nothing to add to Blender."""
 

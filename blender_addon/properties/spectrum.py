@@ -112,11 +112,6 @@ def store_spectrum(
     spectral.message = ""
 
 
-def clear_spectrum(spectral) -> None:
-    """Back to the plain color."""
-    spectral.source = "NONE"
-
-
 def _write_samples(spectral, spectrum: Spectrum) -> None:
     if len(spectral.samples) != spectrum.grid.size:
         spectral.samples.clear()
@@ -169,6 +164,8 @@ def _read(spectral, kind: str) -> Spectrum | None:
     if spectral.source == "FILE":
         path = bpy.path.abspath(spectral.filepath, library=spectral.id_data.library)
         return catalogue.from_file(kind, path, spectral.file_entry)[0]
+    if spectral.source == "DESIGNED" and not len(spectral.samples):
+        raise InvalidInputError("nothing is designed yet; take a spectrum from the palette, or apply the palette")
     return None
 
 
@@ -185,6 +182,8 @@ def _source_changed(spectral, _context) -> None:
 def _choice_changed(spectral, _context) -> None:
     if not _quiet:
         reload(spectral)
+        if spectral.message:
+            spectral.samples.clear()  # those of the choice before would pass for this one
         _tell_palette(spectral)
 
 

@@ -20,6 +20,8 @@ Matrix = NDArray[np.float64]
 
 THINNEST = 1e-7
 """Least accepted width relative to the largest: thinner regions have no interior in double precision."""
+MAX_ELLIPSOID_ROWS = 60
+"""Rows that the enclosing ellipsoid rests on at most (n (n + 1) / 2 suffice for the best one)."""
 MAX_TANGENTS = 200
 """Tangent planes tried to find a point inside a ball that half-spaces cut."""
 
@@ -101,22 +103,22 @@ def _anchored_general(region: Region) -> Anchored:
         )
     if radius <= THINNEST:
         raise InvalidInputError(
-            f"the region holds no ball larger than {max(radius, 0.0) * size:.3g}, "
-            f"{max(radius, 0.0):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
+            f"the region holds no ball larger than {abs(max(radius, 0.0)) * size:.3g}, "
+            f"{abs(max(radius, 0.0)):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
             "widen the bounds or leave out the direction that should not vary"
         )
     slacks = bounds - rows @ center
     scaled_rows = rows / slacks[:, None]
-    factor = np.linalg.cholesky(scaled_rows.T @ scaled_rows).T / np.sqrt(_squared_outer_radius(scaled_rows))
+    metric, middle = _enclosing_ellipsoid(scaled_rows)
     where = shift + size * center
     _check_resolution(where, np.full(len(where), radius * size))
     if ball is None:
-        return Anchored(region, where, scaled_rows / size, factor / size, np.zeros(len(where)), None)
+        return Anchored(region, where, scaled_rows / size, metric / size, middle * size, None)
     local = NormBall((ball.center - center) * size, ball.radii * size, ball.p)
     around_ball = np.diag(1.0 / (local.radii * local.outer_radius()))
-    if np.linalg.slogdet(around_ball)[1] > np.linalg.slogdet(factor / size)[1]:  # the smaller ellipsoid
+    if np.linalg.slogdet(around_ball)[1] > np.linalg.slogdet(metric / size)[1]:  # the smaller ellipsoid
         return Anchored(region, where, scaled_rows / size, around_ball, local.center, local)
-    return Anchored(region, where, scaled_rows / size, factor / size, np.zeros(len(where)), local)
+    return Anchored(region, where, scaled_rows / size, metric / size, middle * size, local)
 
 
 def _rescaled(ball: NormBall | None, shift: Matrix, size: float) -> NormBall | None:
@@ -182,37 +184,55 @@ def _analytic_center(rows: Matrix, bounds: Matrix, start: Matrix) -> Matrix:
     return center
 
 
-def _squared_outer_radius(rows: Matrix) -> float:
-    """Bound of Σ (row·v)² over the region: with t = row·v, Σ t = 0 and -w <= t <= 1, where w is the opposite width.
+def _enclosing_ellipsoid(rows: Matrix) -> tuple[Matrix, Matrix]:
+    """Metric W and center e of an ellipsoid ‖W (v - e)‖ <= 1 around {rows v <= 1}; exact for boxes and simplices.
 
-    A square is below its chord, t² <= (1 - w) t + w, which leaves a knapsack. Tight for boxes (R) and simplices.
+    With t = row·v and -w <= t <= 1 every product (t + w)(1 - t) is positive, and so is any sum of them with positive
+    weights, which is an ellipsoid. D-optimal weights make it small and rest on few rows, of which w is found.
     """
-    widths = _opposite_widths(rows)
-    order = np.argsort(widths)  # the gain 1 - w is largest for the smallest width
-    raised, left = 0.0, float(widths.sum())
-    for i in order:
-        amount = min(left, 1.0 + widths[i])
-        raised += amount * (1.0 - widths[i])
-        left -= amount
-    start = float((widths**2).sum())  # all t at -w: (1 - w)(-w) + w = w²
-    return (start + raised) * (1.0 + 1e-9)
+    weights = _optimal_weights(rows)
+    used = np.argsort(-weights, kind="stable")[: min(len(rows), MAX_ELLIPSOID_ROWS)]
+    used = used[weights[used] > 1e-3 * weights.max()]
+    if np.linalg.matrix_rank(rows[used]) < rows.shape[1]:  # the weights were cut too far: take all that were found
+        used = np.flatnonzero(weights > 0)
+    weights, widths = weights[used], _opposite_widths(rows, used)
+    hessian = (rows[used] * weights[:, None]).T @ rows[used]
+    slope = (weights * (widths - 1.0)) @ rows[used]
+    center = -0.5 * np.linalg.solve(hessian, slope)
+    squared_radius = float(weights @ widths + center @ hessian @ center) * (1.0 + 1e-9)
+    return np.linalg.cholesky(hessian).T / np.sqrt(squared_radius), center
 
 
-def _opposite_widths(rows: Matrix) -> Matrix:
-    """-min row·v over {rows v <= 1} for every row: from the parallel row where there is one, else by linear program."""
+def _optimal_weights(rows: Matrix) -> Matrix:
+    """Weights λ of rows that maximise det Σ λ row rowᵀ, Σ λ = 1 (Titterington's multiplicative steps, 300 of them)."""
+    n = rows.shape[1]
+    weights = np.full(len(rows), 1.0 / len(rows))
+    for _ in range(300):
+        inverse = np.linalg.inv((rows * weights[:, None]).T @ rows)
+        gain = np.einsum("ij,jk,ik->i", rows, inverse, rows, optimize=True) / n
+        weights = weights * gain
+        weights /= weights.sum()
+        if gain.max() < 1.0 + 1e-3:
+            break
+    return weights
+
+
+def _opposite_widths(rows: Matrix, used: NDArray[np.int64]) -> Matrix:
+    """-min row·v over {rows v <= 1} for the rows used: from a parallel row, else by linear program."""
     from scipy.optimize import linprog
 
     lengths = np.linalg.norm(rows, axis=1)
     units = rows / lengths[:, None]
-    widths = np.full(len(rows), len(rows) - 1.0)  # from Σ row·v = 0 at the analytic center
-    for i in range(len(rows)):
+    widths = np.empty(len(used))
+    for place, i in enumerate(used):
         parallel = np.flatnonzero(units @ units[i] < -1.0 + 1e-12)
         if len(parallel):
-            widths[i] = (lengths[i] / lengths[parallel]).min()
-        elif len(rows) <= 128:
-            answer = linprog(rows[i], A_ub=rows, b_ub=np.ones(len(rows)), bounds=(None, None), method="highs")
-            if answer.status == 0:
-                widths[i] = min(widths[i], -answer.fun * (1.0 + 1e-6))
+            widths[place] = (lengths[i] / lengths[parallel]).min() * (1.0 + 1e-9)
+            continue
+        answer = linprog(rows[i], A_ub=rows, b_ub=np.ones(len(rows)), bounds=(None, None), method="highs")
+        if answer.status != 0:
+            raise InvalidInputError(f"the half-spaces do not bound the region numerically ({answer.message})")
+        widths[place] = -answer.fun * (1.0 + 1e-6) + 1e-9
     return widths
 
 

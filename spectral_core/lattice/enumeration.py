@@ -28,6 +28,8 @@ MAX_NODES = 40_000_000
 """Partial choices before the search stops with an error: below a minute of work."""
 MAX_PROGRAMS = 400
 """Linear programs for cuts in one window: below a second."""
+MAX_PRUNING_ROWS = 256
+"""Half-spaces that partial choices are tested against."""
 _CHUNK = 60_000
 _SAMPLE = 16
 _ROUNDS = 12
@@ -45,11 +47,13 @@ class Window:
         self._change = lll(whitened)
         frame, self._r = np.linalg.qr(whitened @ self._change)
         # On z = frameᵀ W v the region is rows z <= gauge, within the ball of radius gauge around gauge · middle.
-        self._rows = np.linalg.solve((frame.T @ region.metric).T, region.rows.T).T
+        every = np.linalg.solve((frame.T @ region.metric).T, region.rows.T).T
+        # The nearest planes prune nearly all that all do; the last coordinate is tested against every one.
+        self._rows = every[np.argsort(-np.linalg.norm(every, axis=1), kind="stable")[:MAX_PRUNING_ROWS]]
         self._start = frame.T @ (region.metric @ offset)
         self._middle = frame.T @ (region.metric @ region.ellipsoid_center)
         self._reach = np.sqrt(np.cumsum(np.c_[np.zeros(len(self._rows)), self._rows**2], axis=1))
-        self._cuts: dict[int, Matrix] = {0: self._rows}
+        self._cuts: dict[int, Matrix] = {0: every}
         self.nodes = 0
         self.programs = 0
 

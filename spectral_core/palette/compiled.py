@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A phase as stacked small matrices: the same problem as ``phase`` assembles row by row, in a few matrix products.
 
-Holds for what is usual: designed spectra on the grid, soft cells. Exact cells, lights from primaries and lights that
+Holds for what is usual: designed spectra on the grid, one observer, linear match. Lights from primaries and lights that
 must look white need equalities or blocks of other sizes; they go through ``phase``. A test holds the two equal.
 """
 
@@ -26,12 +26,15 @@ from spectral_core.spectrum import SpectralGrid
 Array = NDArray[np.float64]
 
 
+EXACT_WEIGHT = 4.0
+"""Of an exact cell, relative to the heaviest soft one: heavier converges in fewer steps, lighter rounds off less."""
+
+
 def is_simple(problem: PaletteProblem, wishes: Wishes) -> bool:
     """Whether a problem can be compiled."""
-    equalities = any(target.exact for target in wishes.targets) or any(any(group.exact) for group in wishes.groups)
     lamps = any(light.primaries or light.white_xyz is not None or light.luminance for light in problem.lights)
     plain = len(wishes.conditions) == 1 and problem.subspace is None and problem.match == "linear"
-    return plain and not equalities and not lamps
+    return plain and not lamps
 
 
 @dataclass(eq=False)
@@ -48,21 +51,33 @@ class WishArrays:
     """(R, L): index of the cell's group, -1 where none."""
     boxes: tuple[Array, Array]
     """Bounds of the free colors, (3 G,) each."""
+    exact_targets: NDArray[np.bool_]
+    """(R, L): cells whose target, and below, whose link must hold exactly; they weigh EXACT_WEIGHT."""
+    exact_links: NDArray[np.bool_]
 
     @classmethod
     def of(cls, problem: PaletteProblem, wishes: Wishes) -> WishArrays:
         shape = (len(problem.reflectances), len(problem.lights))
         weights, targets, links = np.zeros(shape), np.zeros((*shape, 3)), np.zeros(shape)
         group = np.full(shape, -1, dtype=np.intp)
+        exact_targets, exact_links = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
         for target in wishes.targets:
-            weights[target.cell] = target.weight**2 / COLOR_NORM**2
+            weights[target.cell] = (EXACT_WEIGHT if target.exact else target.weight) ** 2 / COLOR_NORM**2
             targets[target.cell] = target.color
+            exact_targets[target.cell] = target.exact
         for number, members in enumerate(wishes.groups):
-            for cell, weight in zip(members.members, members.weights, strict=True):
-                links[cell] = weight**2 / COLOR_NORM**2
+            for cell, weight, exact in zip(members.members, members.weights, members.exact, strict=True):
+                links[cell] = (EXACT_WEIGHT if exact else weight) ** 2 / COLOR_NORM**2
                 group[cell] = number
+                exact_links[cell] = exact
         boxes = np.array([members.box for members in wishes.groups]).reshape(-1, 2, 3)
-        return cls(weights, targets, links, group, (boxes[:, 0].ravel(), boxes[:, 1].ravel()))
+        limits = boxes[:, 0].ravel(), boxes[:, 1].ravel()
+        return cls(weights, targets, links, group, limits, exact_targets, exact_links)
+
+    @property
+    def any_exact(self) -> bool:
+        """Whether any cell must hold exactly."""
+        return bool(self.exact_targets.any() or self.exact_links.any())
 
     def copy(self) -> WishArrays:
         """The same, with targets and their weights free to be changed."""
@@ -76,16 +91,25 @@ class WishArrays:
 
     def sum_of_squares(self, actual: Array, common: Array) -> float:
         """Weighted color errors of cells (R, L, 3), and of group members to their free colors (G, 3)."""
-        total = float(np.sum(self.target_weights[..., None] * (actual - self.targets) ** 2))
+        soft = np.where(self.exact_targets, 0.0, self.target_weights)[..., None]
+        total = float(np.sum(soft * (actual - self.targets) ** 2))
         if len(common):
-            apart = np.where((self.group >= 0)[..., None], actual - common[self.group], 0.0)
+            apart = np.where(
+                (self.group >= 0)[..., None] & ~self.exact_links[..., None], actual - common[self.group], 0.0
+            )
             total += float(np.sum(self.link_weights[..., None] * apart**2))
         return total
 
     def turned(self) -> WishArrays:
         """The same with reflectances and lights swapped."""
         return WishArrays(
-            self.target_weights.T, self.targets.swapaxes(0, 1), self.link_weights.T, self.group.T, self.boxes
+            self.target_weights.T,
+            self.targets.swapaxes(0, 1),
+            self.link_weights.T,
+            self.group.T,
+            self.boxes,
+            self.exact_targets.T,
+            self.exact_links.T,
         )
 
 
@@ -149,7 +173,9 @@ def compiled(
     hessians = ((arrays.target_weights + arrays.link_weights)[rows] @ known.grams).reshape(-1, n, n)
     hessians += smoothness_gram(problem, wishes, side)
     index = np.arange(n)
-    trace = hessians[:, index, index].mean(axis=1, keepdims=True)
+    # Exact cells' heavy rows stay out of it: their ridge would weigh on what the soft ones decide.
+    heavy = np.maximum(1.0, (arrays.target_weights + arrays.link_weights)[rows].max(axis=1, keepdims=True))
+    trace = hessians[:, index, index].mean(axis=1, keepdims=True) / heavy
     hessians[:, index, index] += RIDGE * np.maximum(trace, 1e-12)
     pulls = (arrays.target_weights[rows, :, None] * arrays.targets[rows]).reshape(len(rows), -1)
     linear = -pulls @ known.matrices.reshape(-1, n)

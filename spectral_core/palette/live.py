@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import SolveError
 from spectral_core.palette.compiled import Known, WishArrays, compiled, recompiled_row, smoothness_gram
+from spectral_core.palette.exact import ExactSide, Shifts
 from spectral_core.palette.least_squares import Check
 from spectral_core.palette.phase import COLOR_NORM, Side
 from spectral_core.palette.phase_solve import PhaseAnswer
@@ -21,6 +22,8 @@ from spectral_core.palette.wishes import WEIGHT_RATIO, Wishes
 
 Array = NDArray[np.float64]
 
+EXACT_MISS = 1e-9
+"""Linear RGB by which an exact cell may be off in a compiled solve."""
 TARGET_MODES = (CellMode.FIXED, CellMode.BLACK)
 
 
@@ -33,6 +36,7 @@ class _Side:
     arrays: WishArrays | None = None
     known: Known | None = None
     problem: TiedProblem | None = None
+    shifts: Shifts | None = None
 
 
 class LiveSolver:
@@ -93,7 +97,13 @@ class LiveSolver:
     def half_round(
         self, side: Side, problem: PaletteProblem, state: PaletteState
     ) -> tuple[PhaseAnswer, PaletteState, float] | None:
-        """One side: its answer, the new state and the sum of squares; None where the answer is not beyond doubt."""
+        """One side: its answer, the new state and the sum of squares; None where the answer is not beyond doubt.
+
+        Exact cells are left to the general engines: where a common color is nearly free, multipliers round it off at
+        1e-6, which is nothing while editing and too much for a final answer.
+        """
+        if self._arrays.any_exact:
+            return None
         answer = self._solve_side(side, problem, state, Known.of(state, side))
         if answer is None or not answer.check.good:
             return None
@@ -112,24 +122,40 @@ class LiveSolver:
     def _solve_side(self, side: Side, problem: PaletteProblem, state: PaletteState, known: Known) -> PhaseAnswer | None:
         kept, arrays = self._sides[side], self._arrays
         reshaped, changed = self._differences(side, known)
-        one_row = side == "reflectances" and self._row is not None and known is kept.known and len(changed) <= 1
+        exact = arrays.any_exact
+        one_row = side == "reflectances" and self._row is not None and known is kept.known and not exact
         if one_row and kept.problem is not None and self._row in kept.items:
             row, gram = kept.items.index(self._row), smoothness_gram(problem, self._wishes, side)
             tied = recompiled_row(kept.problem, row, self._row, arrays, known, gram)
         else:
             _, tied = compiled(problem, self._wishes, arrays, known, state, side)
         try:
-            values, colors = kept.solver.solve(tied, changed, reshaped)
-            check = Check(tied.kkt(values, colors), 0.0, 0.0)
+            if exact:
+                holding = self._exact_side(side, problem, state, known)
+                kept.shifts = kept.shifts.kept_where(holding.arrays) if kept.shifts else Shifts.none(holding.arrays)
+                tied, values, colors, miss = holding.solve(kept.solver, tied, kept.shifts, changed, reshaped)
+            else:
+                values, colors = kept.solver.solve(tied, changed, reshaped)
+                miss = 0.0
+            # An exact cell that is off by more is left to the general engines, which say whether it can hold at all.
+            check = Check(tied.kkt(values, colors), 0.0, 0.0 if miss <= EXACT_MISS else np.inf)
         except (SolveError, np.linalg.LinAlgError):
             check = Check(np.inf, 0.0, 0.0)
         if not check.passed:
             kept.solver = TiedSolver(*kept.solver.values.shape)
-            kept.arrays = kept.known = kept.problem = None
+            kept.arrays = kept.known = kept.problem = kept.shifts = None
             return None
         kept.arrays, kept.known, kept.problem = arrays, known, tied
         engine = "tied" if colors.size else "daqp"
         return PhaseAnswer(tuple(values.copy()), colors.reshape(-1, 3).copy(), check, (engine,), False, ())
+
+    def _exact_side(self, side: Side, problem: PaletteProblem, state: PaletteState, known: Known) -> ExactSide:
+        arrays, rows = self._arrays, np.array(self._sides[side].items)
+        # Present colors matter only for what is given on this side.
+        colors = state.colors() if len(rows) < len(getattr(problem, side)) else np.zeros(arrays.targets.shape)
+        if side == "lights":
+            arrays, colors = arrays.turned(), colors.swapaxes(0, 1)
+        return ExactSide(arrays, known, rows, colors)
 
     def _differences(self, side: Side, known: Known) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Unknowns whose curvature, and whose anything, differs from the last solve."""

@@ -21,8 +21,9 @@ from spectral_core.palette.least_squares import RIDGE, LinkedLeastSquares
 
 Array = NDArray[np.float64]
 
-SETTLED = 1e-11
+SETTLED = 1e-14
 """Scaled gradient of the colors at which they are at their minimum."""
+REFINEMENTS = 4
 HALVINGS = 30
 """Trials along one Newton step."""
 STEPS = 60
@@ -114,8 +115,26 @@ class TiedSolver:
             settled, stale = self._search(problem, self._color_step(problem))
             if settled:
                 self._sense(problem, stale)  # for the next call
+                if stale.size == 0:
+                    self._refine(problem)
                 return self.values, self.colors
         raise SolveError("the free colors did not settle")
+
+    def _refine(self, problem: TiedProblem) -> None:
+        """Newton steps on the same bounds while they gain: heavy ties leave the flat directions of colors unsharp."""
+        before = np.inf
+        for _ in range(REFINEMENTS):
+            values, colors = self.values.copy(), self.colors
+            gradient = problem.color_gradient(values, colors)
+            size = float(np.abs(np.clip(colors - gradient, *problem.color_bounds) - colors).max())
+            if size == 0 or size > 0.1 * before:
+                return
+            before = size
+            step = self._color_step(problem)
+            self.colors = np.clip(colors + step, *problem.color_bounds)
+            if self._advance(problem, values, self.colors - colors).size:
+                self.values[:], self.colors = values, colors
+                return
 
     def _search(self, problem: TiedProblem, step: Array) -> tuple[bool, NDArray[np.intp]]:
         """Go along a Newton step until the slope is no steeper upwards than half of what it was downwards.
@@ -196,16 +215,26 @@ class TiedSolver:
         held = problem.hessians[which] * (free[:, :, None] & free[:, None, :])
         index = np.arange(held.shape[1])
         held[:, index, index] += ~free
-        right = (problem.ties[which] * free[:, None, :]).transpose(0, 2, 1)
-        self._sensitivities[which] = np.linalg.solve(held, right)
+        right = np.empty((len(which), held.shape[1], self.colors.size + 1))
+        right[:, :, :-1] = (problem.ties[which] * free[:, None, :]).transpose(0, 2, 1)
+        fixed = np.where(free, 0.0, self.values[which])
+        pulled = self.colors @ problem.ties[which] - problem.linear[which]
+        pulled -= np.matmul(problem.hessians[which], fixed[:, :, None])[:, :, 0]
+        right[:, :, -1] = np.where(free, pulled, fixed)
+        solved = np.linalg.solve(held, right)
+        self._sensitivities[which] = solved[:, :, :-1]
         self._free[which] = free
+        # daqp leaves bounds by its tolerance; on the same bounds these values are exact to rounding.
+        exact = solved[:, :, -1]
+        inside = ((exact >= problem.bounds[0]) & (exact <= problem.bounds[1])).all(axis=1)
+        self.values[which[inside]] = exact[inside]
 
     def _color_step(self, problem: TiedProblem) -> Array:
         """Newton step on the colors; a small bounded problem of its own where they are held in boxes."""
         gradient = problem.color_gradient(self.values, self.colors)
         hessian = problem.color_hessian - np.matmul(problem.ties, self._sensitivities).sum(axis=0)
         index = np.diag_indices_from(hessian)
-        hessian[index] += 1e-12 * max(float(np.diagonal(problem.color_hessian).max()), 1e-300)
+        hessian[index] += 1e-15 * max(float(np.diagonal(problem.color_hessian).max()), 1e-300)
         low, high = problem.color_bounds
         if not (np.isfinite(low).any() or np.isfinite(high).any()):
             return -np.linalg.solve(hessian, gradient)

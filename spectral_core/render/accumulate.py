@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The picture's sums, on the just-in-time variants: one lane per pixel, a loop over its samples inside the kernel.
 
-Position in the pixel, wavelength and lens follow one Kronecker sequence in five dimensions (Roberts 2018, the
-generalized golden ratio), turned by a random offset per pixel and going on where the last pass stopped; everything
-after the first hit draws from an independent stream per pixel. Sums and streams outlive a pass, so pixels do not
-depend on how the samples were split into passes.
+Wavelength, position in the pixel and lens follow one Kronecker sequence (the golden ratio for the first, Roberts'
+generalized golden ratio of 2018 for the others), turned by a random offset per pixel and going on where the last pass
+stopped; everything after the first hit draws from an independent stream per pixel. Sums and streams outlive a pass, so
+pixels do not depend on how the samples were split into passes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ def _kronecker_steps(dimensions: int) -> list[int]:
     return [int(phi ** -(k + 1) * 2**32) & 0xFFFFFFFF for k in range(dimensions)]
 
 
-_STEPS = _kronecker_steps(5)
+_GOLDEN = (5**0.5 - 1) / 2
+# The wavelength comb has four teeth, so it is a quarter of the interval that its step must fill evenly.
+_STEPS = [int((0.25 + _GOLDEN / 4) * 2**32), *_kronecker_steps(4)]
 
 
 @dataclass

@@ -45,7 +45,8 @@ class Inventory:
     glossy: tuple[str, ...]
     images: tuple[str, ...]
     light_bodies: tuple[str, ...]
-    light_count: int
+    visible_lights: tuple[str, ...]
+    source_count: int
     surfaces: int
     largest_reflectance: float
 
@@ -71,18 +72,20 @@ def take_inventory(scene: Scene) -> Inventory:
     spectral_lights = tuple(light.name for light in scene.lights if _has_spectrum(light.color))
     world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
+    emissive = which(lambda m: any(map(_emits, closures_of(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
     return Inventory(
         spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, values_of(m)))) + spectral_volumes,
         dispersive=which(_is_dispersive),
         media=which(lambda m: m.medium is not None),
-        emissive=which(lambda m: any(map(_emits, closures_of(m.surface)))),
+        emissive=emissive,
         transparent=which(_is_transparent),
         refractive=which(lambda m: any(_refracts(c) for c in closures_of(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Principled)) for c in closures_of(m.surface))),
         images=which(lambda m: any(isinstance(p, ImageTexture) for v in values_of(m) for p in _parts(v))),
         light_bodies=bodies,
-        light_count=len(scene.lights) + (not scene.world.is_black),
+        visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
+        source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
         surfaces=len(scene.instances),
         largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),
     )

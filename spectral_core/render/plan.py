@@ -215,7 +215,15 @@ def _transparency(scene: Scene, found: Inventory, tolerance: float) -> Decision:
             "shadows of transparent surfaces are black",
             choices,
         )
-    if found.light_bodies and found.light_count > 1:
+    if found.visible_lights:
+        return Decision(
+            "transparency",
+            "on",
+            f"the camera sees {_names(found.visible_lights)} and what lies behind",
+            "lights that the camera sees are black",
+            choices,
+        )
+    if found.light_bodies and found.source_count > 1:
         return Decision(
             "transparency",
             "on",

@@ -76,8 +76,12 @@ class SceneFields:
     @property
     def materials(self) -> list[str]:
         """Names of the material channels; with several fields, each with its field's name before it."""
-        several = len(self.items) > 1
-        return [f"{i.volume.name}.{name}" if several else name for i in self.items for name in i.transfer.names]
+        if len(self.items) == 1:
+            return list(self.items[0].transfer.names)
+        fields = [item.volume.name for item in self.items]
+        # A film takes no two channels of one name, so fields that share a name are numbered.
+        marks = [name if fields.count(name) == 1 else f"{name} {i + 1}" for i, name in enumerate(fields)]
+        return [f"{mark}.{name}" for mark, i in zip(marks, self.items, strict=True) for name in i.transfer.names]
 
     def prepare(self, view: View | None) -> None:
         """Choose steps (for ``view``, else for one around each field) and put everything on the device."""

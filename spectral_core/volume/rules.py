@@ -139,8 +139,11 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
 
             rough = ndimage.maximum_filter(np.where(shows, rough, 0.0), size=3, mode="nearest")
         typical = float(np.median(rough[shows])) if shows.any() else 0.0
-        floor = 1e-3 * typical or 1.0
-        relative, longest = np.cbrt(max(typical, 1e-30) / np.maximum(rough, floor)), 3.0
+        longest = 3.0
+        if typical > 0:
+            relative = np.cbrt(typical / np.maximum(rough, 1e-3 * typical))
+        else:  # most bricks are level
+            relative = np.where(rough > 0, 1.0, longest)
     words = np.where(shows, relative.astype(np.float32).view(np.uint32), leap_words(shows))
     return StepGrid(rule, edge, statistics.centred, words, longest, rule == "error")
 

@@ -113,9 +113,8 @@ def _advance(
     step = last - t
     for ahead, _ in looks:
         step = dr.minimum(step, ahead)
-    after = t + step
-    # A leap too short for float32 to show would never end.
-    after = dr.select(after > t, after, last)
+    # A step too short for float32 to show would never end.
+    after = dr.maximum(t + step, t * (1.0 + 3e-7))
     source: list[Any] = []
     extinction = step * 0.0
     for volume, (rays, begin), (_, shows) in zip(volumes, parts, looks, strict=True):
@@ -132,7 +131,8 @@ def _look(data: MarchInput, rays: Rays, begin: Any, t: Any, seen: Any) -> tuple[
     import drjit as dr
 
     local = (t - begin) / rays.world
-    inside = (local > -1e-3) & (local < rays.length)
+    # What is left of a field below 1e-4 of a voxel may vanish in float32's rounding of t, and is left out.
+    inside = (local > -1e-3) & (local < rays.length - 1e-4)
     here = rays.at(local + 1e-3)
     word, brick = data.grid.at(here, inside)
     shows = inside & (word < int(EMPTY))

@@ -75,6 +75,24 @@ def test_an_unknown_name_is_said_and_not_replaced(blender):
         properties.spectrum_of(light)
 
 
+def test_a_wrong_choice_does_not_leave_the_right_one_before_in_place(blender):
+    light = blender.data.lights.new("key", "POINT")
+    light.spectral.source = "CATALOGUE"
+    light.spectral.catalogue_name = "D65"
+    light.spectral.catalogue_name = "D66"
+    with pytest.raises(InvalidInputError, match="'D66'"):
+        properties.spectrum_of(light)
+
+
+def test_designed_without_a_design_says_what_to_do(blender):
+    material = blender.data.materials.new("m")
+    material.spectral.source = "DESIGNED"
+    with pytest.raises(InvalidInputError, match="nothing is designed yet; take a spectrum from the palette"):
+        properties.spectrum_of(material)
+    material.spectral.source = "NONE"
+    assert properties.spectrum_of(material) is None
+
+
 def test_designed_values_survive_save_and_load_and_append(blender, tmp_path):
     material = blender.data.materials.new("mark")
     properties.store_spectrum(material.spectral, paint())

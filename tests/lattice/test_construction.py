@@ -26,7 +26,7 @@ from spectral_core.lattice import (
 )
 from spectral_core.lattice.construction import MAX_LOG_SCALE
 
-PACKING = {  # the reference table; (5, 3) is 0.516484 there, a local optimum: see docs/lattice.md
+PACKING = {  # an earlier search; it had 0.516484 for (5, 3), a local optimum: see docs/lattice.md
     2: (0.500000, 0.537285), 3: (0.482535, 0.482911), 4: (0.524091, 0.547386), 5: (0.525590, 0.517236),
     6: (0.562464, 0.574755), 7: (0.566882, 0.569270), 8: (0.601126, 0.619160), 9: (0.600738, 0.603955),
     10: (0.638897, 0.641870),
@@ -114,7 +114,7 @@ def test_frozen_scales_have_white_error(dimensions: int, rate: int) -> None:
 
 
 def test_no_rate_2_lattice_is_a_classical_one() -> None:
-    """α² would have to be rational (reference 2.2): D4 and FCC never rotate into themselves at rate 2."""
+    """α² would have to be rational (docs/lattice.md): D4 and FCC never rotate into themselves at rate 2."""
     for lattice in all_lattices(4, 2):
         assert not are_similar(lattice.generator, best_known(4))
     assert not are_similar(make_lattice(3, 2, criterion="packing").generator, best_known(3))

@@ -11,6 +11,8 @@ import pytest
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.phase_solve import solve_phase
 from spectral_core.palette.presets import hidden_mark, most_distinct, split_light
 from spectral_core.palette.session import PaletteSession
 from spectral_core.palette.wishes import compiled_wishes
@@ -73,13 +75,30 @@ def test_rounds_settle_when_lights_are_designed_too():
     assert session.solution().status == "solved"
 
 
-def test_exact_cells_go_through_the_general_engines(rng):
+def test_exact_cells_hold_through_edits_and_agree_with_the_general_engines(rng):
     session = PaletteSession(coupled_palette((3, 3, 31), rng))
-    answer = session.edit((1, 0), Cell.same_as((0, 0), exact=True))
-    assert answer.trusted
-    assert np.abs(answer.actual_linear_rgb[1, 0] - answer.actual_linear_rgb[0, 0]).max() < 1e-7
-    back = session.edit((1, 0), Cell.same_as((0, 0)))
-    assert back.engines == ("tied",)
+    session.edit_cells({(i, 0): Cell.same_as((0, 0), exact=True) for i in (1, 2)})
+    for step in range(12):
+        cell = (int(rng.integers(3)), int(rng.integers(1, 3)))
+        answer = session.edit(cell, Cell.fixed(rng.uniform(0.2, 0.6, 3), exact=step % 4 == 3))
+        assert answer.engines == ("tied",) or step % 4 == 3
+        builder = PhaseBuilder(session.problem, compiled_wishes(session.problem))
+        general = solve_phase(builder.build("reflectances", session.state).problem, "piqp")
+        if general.check.passed:
+            shown = session.state.with_reflectances(dict(enumerate(general.blocks))).colors()
+            np.testing.assert_allclose(answer.actual_linear_rgb, shown, atol=1e-5)  # a common color is nearly free
+            assert np.abs(answer.actual_linear_rgb[:, 0] - answer.actual_linear_rgb[0, 0]).max() < 1e-9
+        session.edit(cell, Cell.fixed(rng.uniform(0.2, 0.6, 3)))
+
+
+def test_exact_cells_that_cannot_hold_are_said_to():
+    session = PaletteSession(hidden_mark())
+    answer = session.edit((0, 1), Cell.fixed((0.0, 0.9, 0.9), exact=True))
+    assert np.nanmax(answer.delta_e_2000) > 3
+    assert session.solution().status == "exact_conflict"
+    back = session.edit((0, 1), hidden_mark().cells[0][1])
+    assert back.trusted
+    assert session.solution().status == "solved"
 
 
 def test_settings_and_lights_can_change(rng):

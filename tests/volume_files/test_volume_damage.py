@@ -20,7 +20,6 @@ from tests.volume_files.volume_fixtures import DATA, fixture_values
 
 VALUES = np.random.default_rng(7).integers(0, 1000, (9, 8, 7)).astype(np.int16)
 """Noise, so that no compressor can guess a missing end."""
-TIFF_ENDS = {("plain.tif", 1), ("plain.tif", 9)}
 
 
 def write_all(folder: Path) -> list[Path]:
@@ -79,11 +78,15 @@ def test_cut_files_are_refused(written):
             path.write_bytes(whole[:length])
             volume = result_of(path)
             if volume is not None:
-                assert np.array_equal(volume.data, VALUES), (path, length)
+                different = np.flatnonzero((volume.data != VALUES).ravel(order="F")).tolist()
+                # of a text, nobody can miss the last digit
+                assert different == [] or (path.name == "ascii.nrrd" and different == [VALUES.size - 1]), length
                 accepted.append((path.name, len(whole) - length))
         path.write_bytes(whole)
-    # An ASCII file may lose its last newline, a TIFF the end mark behind the last page; nothing else may be missing.
-    assert all((name, lost) == ("ascii.nrrd", 1) or (name, lost) in TIFF_ENDS for name, lost in accepted), accepted
+    # A text may lose its last digits, a TIFF the end mark behind the last page; nothing else may be missing.
+    assert all(
+        (name == "ascii.nrrd" and lost < 4) or (name == "plain.tif" and lost <= 12) for name, lost in accepted
+    ), accepted
 
 
 @pytest.mark.parametrize(
@@ -102,10 +105,13 @@ def test_cut_files_of_vtk_and_itk_are_refused(tmp_path, name):
             assert np.flatnonzero(different.ravel(order="F")).tolist() in ([], [59])
 
 
-def test_cut_vdb_is_refused(tmp_path):
-    from spectral_core.volume.files.openvdb_format import find_openvdb
+@pytest.mark.parametrize("own", [True, False])
+def test_cut_vdb_is_refused(tmp_path, monkeypatch, own):
+    from spectral_core.volume.files import openvdb_format
 
-    if find_openvdb() is None:
+    if own:
+        monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
+    elif openvdb_format.find_openvdb() is None:
         pytest.skip("no OpenVDB module here")
     path = write_volume(ScalarVolume("v", VALUES), tmp_path / "a.vdb")
     whole = path.read_bytes()
@@ -142,6 +148,20 @@ def test_flipped_bytes_in_files_of_vtk_and_itk(tmp_path, name):
             damaged[place] = rng.integers(256)
         (tmp_path / name).write_bytes(damaged)
         result_of(tmp_path / name)
+
+
+def test_flipped_bytes_in_vdb_files_of_our_own(tmp_path, monkeypatch):
+    from spectral_core.volume.files import openvdb_format
+
+    monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
+    path = write_volume(ScalarVolume("v", VALUES), tmp_path / "a.vdb")
+    whole, rng = path.read_bytes(), np.random.default_rng(17)
+    for _ in range(60):
+        damaged = bytearray(whole)
+        for place in (rng.random(2) ** 3 * len(whole)).astype(int):
+            damaged[place] = rng.integers(256)
+        path.write_bytes(damaged)
+        result_of(path)
 
 
 def test_gzipped_rubbish(tmp_path):

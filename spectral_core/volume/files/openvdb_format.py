@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OpenVDB grids, dense within the box of their active voxels, through the ``openvdb`` module that Blender ships.
 
-The module is looked for as ``openvdb``, as ``pyopenvdb`` (its earlier name) and inside an installed ``bpy`` package,
-which keeps it off the module path. A grid's sample (i, j, k) stands at ``transform(i, j, k)``, which is where
-``ScalarVolume`` puts the centre of its voxel.
+Without the module (Debian's Blender has none) plain and zipped files are read, and zipped ones written, by our own
+code; what OpenVDB packed with Blosc needs the module. It is looked for as ``openvdb``, as ``pyopenvdb`` (its earlier
+name) and inside an installed ``bpy`` package, which keeps it off the module path. A grid's sample (i, j, k) stands at
+``transform(i, j, k)``, which is where ``ScalarVolume`` puts the centre of its voxel.
 """
 
 from __future__ import annotations
@@ -11,20 +12,22 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import math
-import struct
+import os
 import sys
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
+from spectral_core.volume.files.vdb_read import FIRST_VERSION, file_version, grid_names, read_grid
+from spectral_core.volume.files.vdb_write import write_grid
 from spectral_core.volume.files.vtk_format import choose_array
 
 DENSITY_GRID = "density"
@@ -40,9 +43,9 @@ _DTYPES = {
     "vec3d": "f8",
     "vec3i": "i4",
 }
-_MOST_VOXELS = 1 << 32
-_FIRST_KNOWN_VERSION = 222
-"""File versions from OpenVDB 3 on; older ones have another head and are left to OpenVDB."""
+_MANY_BYTES, _MOST_EXPANSION = 1 << 28, 2000
+"""From this size on, a grid held dense may be so many times larger than its file: else it is empty space, or damage."""
+_WRITTEN = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)} | {"float16", "float32", "float64"}
 _SHAPE_KEY, _TYPE_KEY, _NAME_KEY = "spectral_shape", "spectral_dtype", "spectral_name"
 
 
@@ -52,27 +55,13 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     Files that ``write`` made come back with their own type, size and name; other grids with the value type of the
     grid and the box of their active voxels.
     """
-    openvdb = require_openvdb("reading OpenVDB files")
-    _refuse_cut(path)
-    try:
-        held = {str(grid.name): grid for grid in openvdb.readAllGridMetadata(str(path))}
-        name = str(choose_array(held, request.field, path, DENSITY_GRID).name)
-        grid = openvdb.read(str(path), name)
-    except (RuntimeError, OSError, ValueError) as error:
-        if isinstance(error, InvalidInputError):
-            raise
-        raise FileFormatError(f"{path.name} is not an OpenVDB file that can be read, or it is cut: {error}") from error
-    if grid.valueTypeName not in _DTYPES:
-        raise FileFormatError(f"grid {name!r} of {path.name} holds {grid.valueTypeName}; expected numbers")
-    low, shape = _box(grid, path)
-    array = _dense(grid, low, shape)
+    names = _grid_names(path)
+    name = str(choose_array({name: name for name in names}, request.field, path, DENSITY_GRID))
+    array, metadata, to_world = _read_with_openvdb(path, name) if find_openvdb() else _read_plainly(path, name)
     if array.ndim == 4:
         array = pick_component(array, 3, request.component, path)
-    stored = grid.metadata.get(_TYPE_KEY)
-    if stored is not None:
-        array = array.astype(stored)
-    title = grid.metadata.get(_NAME_KEY) or path.stem
-    return make_volume(title, array, _to_world(grid, low, path), path)
+    array = _restored(array, str(metadata.get(_TYPE_KEY)))
+    return make_volume(metadata.get(_NAME_KEY) or path.stem, array, to_world, path)
 
 
 def write(volume: ScalarVolume, path: Path) -> None:
@@ -81,17 +70,20 @@ def write(volume: ScalarVolume, path: Path) -> None:
     Voxels of value 0 are left to the background. Shape, type and name go into the grid's metadata.
     Raises InvalidInputError for integers that double cannot hold.
     """
-    openvdb = require_openvdb("writing OpenVDB files")
-    stored = _exact_float(volume)
-    grid = (openvdb.FloatGrid if stored == np.float32 else openvdb.DoubleGrid)(0.0)
+    texts = {_SHAPE_KEY: " ".join(map(str, volume.shape)), _TYPE_KEY: volume.data.dtype.name, _NAME_KEY: volume.name}
     # The binding takes no read-only array, so this copies one that is of the right type already.
-    grid.copyFromArray(np.require(volume.data, stored, ["C", "W"]))
+    data = np.require(volume.data, _exact_float(volume), ["C", "W"])
+    openvdb: Any = find_openvdb()
+    if openvdb is None:
+        write_grid(path, data, volume.to_world, DENSITY_GRID, texts)
+        return
+    grid = (openvdb.FloatGrid if data.dtype == np.float32 else openvdb.DoubleGrid)(0.0)
+    grid.copyFromArray(data)
     grid.name = DENSITY_GRID
     grid.gridClass = openvdb.GridClass.FOG_VOLUME
     grid.transform = openvdb.createLinearTransform(volume.to_world.T.tolist())  # row vectors, as everywhere in OpenVDB
-    grid[_SHAPE_KEY] = " ".join(map(str, volume.shape))
-    grid[_TYPE_KEY] = volume.data.dtype.name
-    grid[_NAME_KEY] = volume.name
+    for key, text in texts.items():
+        grid[key] = text
     openvdb.write(str(path), grids=[grid])
 
 
@@ -119,84 +111,90 @@ def find_openvdb() -> ModuleType | None:
     return None
 
 
-def require_openvdb(purpose: str) -> Any:
-    """The OpenVDB module, or MissingDependencyError."""
-    module = find_openvdb()
-    if module is None:
-        raise MissingDependencyError(
-            f"{purpose} needs OpenVDB's Python module; Blender ships it: run inside Blender, or pip install "
-            "'spectral-scene[blender]' (pip install openvdb on platforms that have it)"
-        )
-    return module
+def _grid_names(path: Path) -> list[str]:
+    """Names of the grids, from the head of the file: it tells whether the file is cut, where OpenVDB reads zeros."""
+    openvdb: Any = find_openvdb()
+    if openvdb is not None and file_version(path) < FIRST_VERSION:
+        return [str(grid.name) for grid in openvdb.readAllGridMetadata(str(path))]
+    return grid_names(path)
 
 
-def _refuse_cut(path: Path) -> None:
-    """Compare the grids' stated ends with the file's size: OpenVDB itself reads zeros where a file has ended.
-
-    The head holds magic (8 bytes), versions (3×4), a flag, an identifier (36), metadata, and the number of grids; each
-    grid's descriptor (names, then begin, block and end positions) stands right before the grid.
-    """
-    size = path.stat().st_size
+def _read_with_openvdb(path: Path, name: str) -> tuple[NDArray[Any], dict[str, Any], NDArray[np.float64]]:
+    openvdb: Any = find_openvdb()
     try:
-        with path.open("rb") as stream:
-            _, file_version = struct.unpack("<qI", stream.read(12))
-            if file_version < _FIRST_KNOWN_VERSION:
-                return
-            stream.seek(8 + 1 + 36, 1)
-            for _ in range(_word(stream)):
-                _text(stream), _text(stream)
-                stream.seek(_word(stream), 1)
-            for _ in range(_word(stream)):
-                _text(stream), _text(stream), _text(stream)
-                _, _, end = struct.unpack("<3q", stream.read(24))
-                if end > size:
-                    raise FileFormatError(f"{path.name} is cut: its grids end at byte {end}, the file at byte {size}")
-                stream.seek(end)
-    except struct.error as error:
-        raise FileFormatError(f"{path.name} is cut: it ends within its list of grids") from error
-
-
-def _word(stream: BinaryIO) -> int:
-    return int(struct.unpack("<I", stream.read(4))[0])
-
-
-def _text(stream: BinaryIO) -> bytes:
-    return stream.read(_word(stream))
-
-
-def _box(grid: Any, path: Path) -> tuple[tuple[int, int, int], tuple[int, ...]]:
-    """First index and size of the voxels to read."""
-    stated = str(grid.metadata.get(_SHAPE_KEY, "")).split()
-    if stated:
-        return (0, 0, 0), tuple(int(n) for n in stated)
-    if grid.activeVoxelCount() == 0:
-        raise FileFormatError(f"grid {grid.name!r} of {path.name} has no active voxel; there is nothing to read")
-    low, high = grid.evalActiveVoxelBoundingBox()
-    shape = tuple(b - a + 1 for a, b in zip(low, high, strict=True))
-    if math.prod(shape) > _MOST_VOXELS:
-        raise FileFormatError(
-            f"grid {grid.name!r} of {path.name} spans {'×'.join(map(str, shape))} voxels, more than memory holds when "
-            "dense; crop or resample it"
-        )
-    return (int(low[0]), int(low[1]), int(low[2])), shape
-
-
-def _dense(grid: Any, low: tuple[int, int, int], shape: tuple[int, ...]) -> NDArray[Any]:
+        grid = openvdb.read(str(path), name)
+    except (RuntimeError, OSError, ValueError) as error:
+        raise FileFormatError(f"{path.name} is not an OpenVDB file that can be read, or it is cut: {error}") from error
+    if grid.valueTypeName not in _DTYPES:
+        raise FileFormatError(f"grid {name!r} of {path.name} holds {grid.valueTypeName}; expected numbers")
+    active = None if grid.activeVoxelCount() == 0 else grid.evalActiveVoxelBoundingBox()
+    low, shape = _box(grid.metadata, active)
     components = (3,) if grid.valueTypeName.startswith("vec3") else ()
+    _require_holdable(name, (*shape, *components), np.dtype(_DTYPES[grid.valueTypeName]), path)
     array = np.zeros((*shape, *components), _DTYPES[grid.valueTypeName])
     grid.copyToArray(array, ijk=low)
-    return array
-
-
-def _to_world(grid: Any, low: tuple[int, int, int], path: Path) -> NDArray[np.float64]:
     if not grid.transform.isLinear:
         raise FileFormatError(
-            f"grid {grid.name!r} of {path.name} has a frustum transform; only linear ones are volumes here"
+            f"grid {name!r} of {path.name} has a frustum transform; only linear ones are volumes here"
         )
     corner = np.array(grid.transform.indexToWorld(low))
     steps = [(*low[:a], low[a] + 1, *low[a + 1 :]) for a in range(3)]
     columns = [np.array(grid.transform.indexToWorld(step)) - corner for step in steps]
-    return affine(np.stack(columns, axis=1), corner)
+    return array, grid.metadata, affine(np.stack(columns, axis=1), corner)
+
+
+def _read_plainly(path: Path, name: str) -> tuple[NDArray[Any], dict[str, Any], NDArray[np.float64]]:
+    grid = read_grid(path, name)
+    low, shape = _box(grid.metadata, grid.active_box())
+    whole = (*shape, *grid.leaves.shape[4:])
+    _require_holdable(name, whole, grid.leaves.dtype, path)
+    array = np.empty(whole, grid.leaves.dtype)
+    grid.fill(array, low)
+    matrix = grid.index_to_world.copy()
+    matrix[:3, 3] += matrix[:3, :3] @ low
+    return array, grid.metadata, matrix
+
+
+def _box(metadata: dict[str, Any], active: Any) -> tuple[tuple[int, int, int], tuple[int, ...]]:
+    """First index and size of the voxels to read: as ``write`` stated if that holds all, else the active box."""
+    words = str(metadata.get(_SHAPE_KEY, "")).split()
+    if len(words) == 3 and all(word.isascii() and word.isdigit() for word in words):
+        stated = tuple(int(word) for word in words)
+        reach = ((0, 0, 0), (0, 0, 0)) if active is None else active
+        if min(reach[0]) >= 0 and all(0 <= b < n for b, n in zip(reach[1], stated, strict=True)):
+            return (0, 0, 0), stated
+    if active is None:
+        return (0, 0, 0), (0, 0, 0)
+    low, high = active
+    return (int(low[0]), int(low[1]), int(low[2])), tuple(b - a + 1 for a, b in zip(low, high, strict=True))
+
+
+def _require_holdable(name: str, shape: tuple[int, ...], dtype: np.dtype, path: Path) -> None:
+    """FileFormatError where a grid shows nothing, or is too large or too sparse to be held dense."""
+    dense = math.prod(shape) * dtype.itemsize
+    if dense == 0:
+        raise FileFormatError(f"grid {name!r} of {path.name} has no active voxel; there is nothing to read")
+    sparse = dense > _MANY_BYTES and dense > _MOST_EXPANSION * path.stat().st_size
+    if sparse or dense > _half_of_memory():
+        raise FileFormatError(
+            f"grid {name!r} of {path.name} spans {'×'.join(map(str, shape[:3]))} voxels, {dense / 2**30:.1f} GiB when "
+            "dense: it is nearly empty, or too much for this machine; crop or resample it"
+        )
+
+
+def _half_of_memory() -> int:
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    except (AttributeError, ValueError, OSError):  # Windows does not tell
+        return 8 << 30
+
+
+def _restored(array: NDArray[Any], dtype: str) -> NDArray[Any]:
+    """The type that ``write`` was given, where values still are of it: other programs keep what they do not know."""
+    if dtype not in _WRITTEN:
+        return array
+    back = array.astype(dtype)
+    return back if np.array_equal(back, array) else array
 
 
 def _exact_float(volume: ScalarVolume) -> type:

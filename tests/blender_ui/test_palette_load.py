@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A palette problem goes into the table and comes out the same, or is refused with the table unchanged."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.properties.palette_load import store_problem
+from blender_addon.properties.palette_problem import palette_problem
+from spectral_core.datasets import illuminant, reflectance
+from spectral_core.errors import InvalidInputError
+from spectral_core.observer import normalized
+from spectral_core.palette import (
+    Cell,
+    PaletteLight,
+    PaletteProblem,
+    PaletteReflectance,
+    SubspaceCriterion,
+    presets,
+)
+from spectral_core.palette.files import read_palette
+from spectral_core.spectrum import SpectralGrid
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+
+def everything() -> PaletteProblem:
+    """A problem that uses all that the table can hold."""
+    grid = SpectralGrid.uniform(400.0, 700.0, 10.0)
+    lamps = [normalized(illuminant(name), luminance=2.0) for name in ("D65", "A", "HP1", "FL11")]
+    start = normalized(illuminant("A").resampled(grid), luminance=1.0)
+    lights = (
+        PaletteLight(lamps[0], variants=(lamps[1], lamps[3])),
+        PaletteLight(start, free=True, primaries=tuple(lamps[1:]), white_xyz=np.array([1.0, 1.0, 1.0]), luminance=1.0),
+        PaletteLight(presets.sine_light(62.0, grid, luminance=3.0), free=True),
+    )
+    box = ((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
+    cells = (
+        (Cell.fixed((0.2, 0.3, 0.4), weight=4.0), Cell.free(box), Cell.black(exact=True)),
+        (Cell.same_as((0, 0), exact=True), Cell.constant((1, 0), (1, 2), weight=2.0), Cell.ignore()),
+        (Cell.fixed((1.2, -0.1, 0.5), exact=True), Cell.distinct_from((0, 1), (1, 1), weight=0.5), Cell.ignore()),
+    )
+    materials = (PaletteReflectance("a"), PaletteReflectance("b"), PaletteReflectance("c", reflectance("dark skin")))
+    return PaletteProblem(
+        grid, lights, materials, cells, smoothness=0.07, smoothness_operator="thesis", match="perceptual", rounds=7,
+        scale_lights=True, observers=("cie_1931_2deg", "cie_2015_10deg"), robustness="worst_case", robust_weight=2.5,
+    )  # fmt: skip
+
+
+def assert_same_spectrum(mine, theirs) -> None:
+    np.testing.assert_allclose(mine.grid.wavelengths_nm, theirs.grid.wavelengths_nm, rtol=1e-6)
+    np.testing.assert_allclose(mine.values, theirs.values, rtol=3e-6, atol=1e-8)
+
+
+def assert_same(mine: PaletteProblem, theirs: PaletteProblem) -> None:
+    np.testing.assert_allclose(mine.grid.wavelengths_nm, theirs.grid.wavelengths_nm, rtol=1e-6)
+    for name in ("smoothness_operator", "match", "rounds", "scale_lights", "observers", "robustness"):
+        assert getattr(mine, name) == getattr(theirs, name), name
+    assert mine.smoothness == pytest.approx(theirs.smoothness, rel=1e-6)
+    assert mine.robust_weight == pytest.approx(theirs.robust_weight, rel=1e-6)
+    for a, b in zip(mine.lights, theirs.lights, strict=True):
+        assert (a.name, a.free) == (b.name, b.free)
+        assert_same_spectrum(a.spectrum, b.spectrum)
+        assert [each.name for each in a.primaries] == [each.name for each in b.primaries]
+        for x, y in zip((*a.primaries, *a.variants), (*b.primaries, *b.variants), strict=True):
+            np.testing.assert_allclose(x.values / x.values.max(), y.values / y.values.max(), rtol=3e-6, atol=1e-8)
+        assert a.luminance == (None if b.luminance is None else pytest.approx(b.luminance, rel=1e-5))
+        if b.white_xyz is None:
+            assert a.white_xyz is None
+        else:
+            np.testing.assert_allclose(a.white_xyz / a.white_xyz.sum(), b.white_xyz / b.white_xyz.sum(), rtol=1e-6)
+    for a, b in zip(mine.reflectances, theirs.reflectances, strict=True):
+        assert (a.name, a.free) == (b.name, b.free)
+        if b.spectrum is not None:
+            assert_same_spectrum(a.spectrum, b.spectrum)
+    for a, b in zip(sum(mine.cells, ()), sum(theirs.cells, ()), strict=True):
+        assert (a.mode, a.others, a.exact) == (b.mode, b.others, b.exact)
+        assert a.weight == pytest.approx(b.weight, rel=1e-6)
+        for x, y in ((a.target, b.target), (a.box, b.box)):
+            assert (x is None) == (y is None)
+            if y is not None:
+                np.testing.assert_allclose(x, y, atol=1e-6)
+
+
+@pytest.fixture
+def palette(blender):
+    palette = blender.context.scene.spectral.palette
+    palette.live = False
+    return palette
+
+
+def test_a_problem_with_everything_comes_back(palette):
+    assert store_problem(palette, everything()) == []
+    assert_same(palette_problem(palette), everything())
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_the_examples_come_back(palette, file):
+    assert len(EXAMPLES) >= 6
+    problem = read_palette(file)
+    assert store_problem(palette, problem) == []
+    assert_same(palette_problem(palette), problem)
+
+
+def test_too_large_a_weight_is_brought_down_and_said(palette):
+    problem = presets.hidden_mark().with_cell((0, 1), Cell.fixed((0.5, 0.2, 0.0), weight=1e6))
+    (note,) = store_problem(palette, problem)
+    assert "weight 1e+06 became 1000" in note
+    assert palette.materials[0].cells[1].weight == 1000.0
+
+
+def refused() -> list[tuple[PaletteProblem, str]]:
+    problem = presets.metamer_pair()
+    uneven = SpectralGrid(np.array([400.0, 410.0, 450.0, 700.0]))
+    basis = np.eye(problem.grid.size)[:, :5]
+    return [
+        (replace(problem, grid=uneven), "equal steps"),
+        (replace(problem, grid=SpectralGrid.uniform(interpolation="sampled")), "linear between them"),
+        (replace(problem, reflectance_bounds=(0.0, 0.8)), "physical spectra, or no bounds"),
+        (replace(problem, subspace=SubspaceCriterion(basis)), "subspace criterion"),
+    ]
+
+
+@pytest.mark.parametrize(("problem", "message"), refused(), ids=lambda value: value if isinstance(value, str) else "")
+def test_what_the_table_cannot_hold_is_refused_and_changes_nothing(palette, problem, message):
+    store_problem(palette, presets.hidden_mark())
+    with pytest.raises(InvalidInputError, match=message):
+        store_problem(palette, problem)
+    assert_same(palette_problem(palette), presets.hidden_mark())
+
+
+def test_every_field_of_the_core_is_known_here():
+    """A new field of the core must be given a place in the table, or be refused; until then this fails."""
+    known = {
+        PaletteProblem: "grid lights reflectances cells smoothness smoothness_operator match subspace rounds "
+        "reflectance_bounds light_bounds scale_lights observers robustness robust_weight",
+        PaletteLight: "spectrum free primaries white_xyz luminance variants",
+        PaletteReflectance: "name spectrum",
+        Cell: "mode target others box weight exact",
+    }
+    for cls, names in known.items():
+        assert {field.name for field in fields(cls)} == set(names.split())

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is decided from a scene, with what reason, and what an artist may change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core import datasets
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.render import plan_effects, render_scene
+from spectral_core.render.simulated import simulated_scene
+from spectral_core.scene import (
+    AreaLight,
+    Camera,
+    Color,
+    Diffuse,
+    Emission,
+    Film,
+    Glass,
+    Glossy,
+    ImageTexture,
+    Material,
+    MixSurface,
+    PointLight,
+    Principled,
+    RenderSettings,
+    ScatteringMedium,
+    Transparent,
+    World,
+    gray,
+)
+from tests.render.scenes import lit_plane, matrix
+
+LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
+IMAGE = ImageTexture("wood", np.full((2, 2, 3), 0.5, np.float32), "linear")
+
+
+def _values(scene):
+    return {decision.name: decision.value for decision in plan_effects(scene).decisions}
+
+
+def _wearing(surface, medium=None, **changes):
+    scene = lit_plane(LAMP, settings=RenderSettings(), **changes)
+    return replace(scene, materials=(Material("paper", surface, medium),))
+
+
+def test_a_gray_plane_needs_little():
+    assert _values(_wearing(Diffuse(gray(0.5)))) == {
+        "transport": "rgb",
+        "dispersion": "off",
+        "media": "off",
+        "volumes": "off",
+        "transparency": "off",
+        "environment": "none",
+        "emissive_meshes": "off",
+        "textures": "off",
+        "depth_of_field": "off",
+        "bounces": "6",
+    }
+
+
+@pytest.mark.parametrize(
+    ("surface", "effect", "value"),
+    [
+        (Diffuse(datasets.reflectance("dark skin")), "transport", "spectral"),
+        (MixSurface(0.5, Diffuse(datasets.reflectance("dark skin")), Glossy()), "transport", "spectral"),
+        (Diffuse(IMAGE), "textures", "on"),
+        (Emission(gray(1.0), 2.0), "emissive_meshes", "on"),
+        (Principled(emission_strength=1.0), "emissive_meshes", "on"),
+        (Principled(emission_strength=1.0, emission_color=gray(0.0)), "emissive_meshes", "off"),
+        (MixSurface(0.5, Diffuse(), Transparent()), "transparency", "on"),
+        (Principled(alpha=0.5), "transparency", "on"),
+        (Glass(), "bounces", "24"),
+        (Principled(transmission=1.0), "bounces", "24"),
+        (Principled(), "bounces", "12"),
+        (Diffuse(gray(0.0)), "bounces", "2"),
+    ],
+)
+def test_materials_decide(surface, effect, value):
+    decision = plan_effects(_wearing(surface))[effect]
+    assert decision.value == value and decision.source == "scene" and decision.reason
+
+
+def test_brighter_rooms_need_more_bounces_and_coarser_tolerance_fewer():
+    def bounces(reflectance, tolerance=1.0):
+        return plan_effects(_wearing(Diffuse(gray(reflectance))), tolerance).bounces
+
+    assert bounces(0.2) < bounces(0.5) < bounces(0.9)
+    assert bounces(0.6, 5.0) < bounces(0.6, 1.0) < bounces(0.6, 0.1)
+
+
+def test_a_material_that_nothing_wears_decides_nothing():
+    scene = lit_plane(LAMP)
+    idle = Material("unused", Diffuse(datasets.reflectance("dark skin")), ScatteringMedium())
+    assert _values(replace(scene, materials=(*scene.materials, idle))) == _values(scene)
+
+
+def test_lights_camera_and_world_decide():
+    scene = _wearing(Diffuse(gray(0.5)))
+    sodium = replace(LAMP, color=datasets.illuminant("HP1"))
+    assert plan_effects(replace(scene, lights=(sodium,)))["transport"].value == "spectral"
+    assert "'lamp'" in plan_effects(replace(scene, lights=(sodium,)))["transport"].reason
+    assert plan_effects(replace(scene, world=World(gray(0.2))))["environment"].value == "constant"
+    assert plan_effects(replace(scene, world=World(IMAGE)))["environment"].value == "image"
+    assert plan_effects(replace(scene, world=World(gray(0.2), 0.0)))["environment"].value == "none"
+    opened = Camera(world_from_camera=scene.camera.world_from_camera, aperture_radius=0.1)
+    assert plan_effects(replace(scene, camera=opened))["depth_of_field"].value == "on"
+    area = AreaLight(name="area", world_from_light=matrix((0, 0, 3)))
+    assert plan_effects(replace(scene, lights=(area,)))["transparency"].value == "off"
+    assert plan_effects(replace(scene, lights=(area, LAMP)))["transparency"].value == "on"
+
+
+def test_the_artist_overrides_and_sees_what_it_costs():
+    scene = _wearing(Diffuse(datasets.reflectance("dark skin")))
+    scene = replace(
+        scene, settings=RenderSettings(transport="rgb", max_bounces=3, overrides=(("environment", "none"),))
+    )
+    plan = plan_effects(scene)
+    assert not plan.is_spectral and plan.bounces == 3
+    assert plan["transport"].source == "artist" and plan["transport"].cost_if_left_out
+    assert "set by the artist" in plan["transport"].reason
+
+
+@pytest.mark.parametrize(
+    ("overrides", "error", "match"),
+    [
+        ((("bloom", "on"),), UnknownNameError, "no effect is named 'bloom'"),
+        ((("transport", "polarized"),), InvalidInputError, "rgb or spectral"),
+        ((("media", "on"),), InvalidInputError, "cannot be 'on'"),
+        ((("bounces", "-1"),), InvalidInputError, "whole number"),
+        ((("bounces", "99999"),), InvalidInputError, "0 to 1024"),
+        ((("textures", "off"),), InvalidInputError, "cannot be set"),
+    ],
+)
+def test_wrong_overrides_are_refused(overrides, error, match):
+    with pytest.raises(error, match=match):
+        plan_effects(
+            _wearing(Diffuse(), settings=None)
+            if False
+            else replace(_wearing(Diffuse()), settings=RenderSettings(overrides=overrides))
+        )
+
+
+def test_what_is_off_is_not_in_the_simulated_scene():
+    scene = _wearing(
+        MixSurface(0.5, Emission(gray(1.0), 2.0), Principled(emission_strength=3.0)),
+        ScatteringMedium(),
+        world=World(IMAGE),
+        camera=Camera(world_from_camera=matrix((0, 0, 3)), aperture_radius=0.2),
+    )
+    off = tuple((name, "off") for name in ("emissive_meshes", "media", "depth_of_field"))
+    scene = replace(scene, settings=RenderSettings(overrides=(*off, ("environment", "none"))))
+    plan = plan_effects(scene)
+    left = simulated_scene(scene, plan)
+    assert left.camera.aperture_radius == 0 and left.world.is_black and left.materials[0].medium is None
+    surface = left.materials[0].surface
+    assert surface.first.strength == 0 and surface.second.emission_strength == 0
+    untouched = replace(scene, settings=RenderSettings())
+    assert simulated_scene(untouched, plan_effects(untouched)) is untouched
+
+
+def test_bounces_are_what_the_plan_says():
+    """Two facing white planes: each further bounce adds light, and none is less than direct light alone."""
+    pytest.importorskip("mitsuba")
+    ceiling = np.diag([1.0, -1, -1, 1])
+    ceiling[2, 3] = 4
+    scene = lit_plane(LAMP, surface=Diffuse(gray(0.9)), film=Film(4, 4, samples=256))
+    scene = replace(
+        scene, instances=(*scene.instances, replace(scene.instances[0], name="roof", world_from_object=ceiling))
+    )
+    means = [
+        render_scene(replace(scene, settings=RenderSettings(max_bounces=n))).pixels[..., 0].mean() for n in (0, 1, 2, 4)
+    ]
+    direct = 0.9 / np.pi * 100 / (4 * np.pi) / 9
+    assert means[0] == pytest.approx(direct, rel=1e-3)
+    assert means[0] < means[1] < means[2] < means[3]
+
+
+def test_the_plan_as_rows():
+    rows = plan_effects(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
+    assert len(rows) == 10
+    assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"}

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One quality knob: the stated error is true, auto never takes what costs more, and bad wishes are refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.volume.plan import Pilot, estimate, plan, snr_db
+from spectral_core.volume.presets import PRESETS, preset
+from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.samples import SAMPLES, sample_volume
+from spectral_core.volume.view import View
+
+pytest.importorskip("drjit")
+
+
+@pytest.fixture(scope="module")
+def renderers():
+    return {name: VolumeRenderer(sample_volume(name, 28)) for name in SAMPLES}
+
+
+@pytest.mark.parametrize("function", ["wide", "narrow", "opaque", "xray", "edges"])
+@pytest.mark.parametrize("name", ["gaussians", "engine", "noise"])
+def test_stated_error_is_within_three_decibels(renderers, name, function):
+    renderer = renderers[name]
+    transfer = preset(function, renderer.volume)
+    view = View.around(renderer.volume, 50.0, 30.0, width=72, height=72)
+    made = plan(renderer, view, transfer, 45.0)
+    fine = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated", 0.0)
+    scale = 0.5 * Pilot(renderer, view, transfer, 50.0).reference_scale
+    exact = renderer.render(view, transfer, replace(fine, scale=scale)).picture()
+    measured = snr_db(exact, renderer.render(view, transfer, made.stepping).picture() - exact)
+    assert abs(made.estimate_db - measured) < 3.0
+    assert made.estimate_db > 42.0
+
+
+@pytest.mark.parametrize("function", ["wide", "narrow", "opaque"])
+def test_auto_takes_no_more_samples_than_uniform_for_the_same_error(renderers, function):
+    renderer = renderers["gaussians"]
+    transfer = preset(function, renderer.volume)
+    view = View.around(renderer.volume, width=64, height=64)
+    auto = plan(renderer, view, transfer, 50.0)
+    uniform = plan(renderer, view, transfer, 50.0, rule="uniform", quadrature="midpoint")
+    counted = [estimate(renderer, view, transfer, each.stepping) for each in (auto, uniform)]
+    assert counted[0].samples <= counted[1].samples * 1.02
+    if function == "narrow":
+        assert auto.stepping.quadrature == "preintegrated"
+        assert counted[0].samples < 0.5 * counted[1].samples
+
+
+def test_a_wanted_rule_and_quadrature_are_kept(renderers):
+    renderer = renderers["gaussians"]
+    transfer, view = preset("wide", renderer.volume), View.around(renderer.volume, width=32, height=32)
+    for rule in ("uniform", "thesis", "error"):
+        made = plan(renderer, view, transfer, 40.0, rule=rule, quadrature="preintegrated")
+        assert (made.stepping.rule, made.stepping.quadrature) == (rule, "preintegrated")
+        assert abs(made.estimate_db - 40.0) < 1.5
+
+
+def test_a_picture_of_nothing_has_no_error(renderers):
+    renderer = renderers["gaussians"]
+    transfer = preset("wide", renderer.volume).scaled(0.0)
+    made = plan(renderer, View.around(renderer.volume, width=16, height=16), transfer, 50.0)
+    assert made.estimate_db == np.inf
+
+
+@pytest.mark.parametrize(("wish", "error", "words"), [
+    ({"quality_db": 5.0}, InvalidInputError, "quality is 5.0 dB"),
+    ({"quality_db": float("nan")}, InvalidInputError, "quality is nan"),
+    ({"rule": "thesys"}, UnknownNameError, "did you mean 'thesis'"),
+    ({"quadrature": "simpson"}, UnknownNameError, "quadrature"),
+])  # fmt: skip
+def test_bad_wishes_are_refused(renderers, wish, error, words):
+    renderer = renderers["gaussians"]
+    with pytest.raises(error, match=words):
+        plan(renderer, View.around(renderer.volume), preset("wide", renderer.volume), **wish)
+
+
+def test_two_dimensional_functions_have_no_preintegrated_table(renderers):
+    renderer = renderers["engine"]
+    with pytest.raises(InvalidInputError, match="use midpoint"):
+        plan(renderer, View.around(renderer.volume), preset("edges", renderer.volume), 40.0, quadrature="preintegrated")
+
+
+def test_pilot_rays_stay_in_the_picture_even_from_inside(renderers):
+    renderer = renderers["gaussians"]
+    inside = View.looking([14, 14, 14], [20, 15, 16], width=40, height=30, fov_deg=80.0)
+    pilot = Pilot(renderer, inside, preset("wide", renderer.volume), 40.0)
+    x, y = (part.numpy() for part in pilot.pixels)
+    assert x.min() >= 0 and x.max() <= 40 and y.min() >= 0 and y.max() <= 30
+
+
+def test_every_preset_and_sample_fits_together():
+    for name in SAMPLES:
+        volume = sample_volume(name, 12)
+        for key in PRESETS:
+            curves = preset(key, volume, 2.0).scaled(0.5)
+            assert all(np.isfinite(material.extinction).all() for material in curves.materials)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables, bricks and grids against slow and obvious versions of themselves."""
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.bricks import brick_statistics
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.rules import EMPTY, LEAPS, RangeTables, leap_words, step_grid
+from spectral_core.volume.tables import tabulate
+from spectral_core.volume.transfer import Material, TransferFunction, interpolate
+from tests.volume.cases import blob, two_tents
+
+
+def slow_statistics(volume, edge):
+    data = volume.data.transpose(2, 1, 0).astype(float)
+    bend = np.zeros_like(data)
+    for axis in range(3):
+        if data.shape[axis] > 1:
+            padded = np.pad(data, [(1, 1) if a == axis else (0, 0) for a in range(3)], mode="edge")
+            bend = np.maximum(bend, np.abs(np.diff(padded, 2, axis=axis)))
+    shape = [max(1, -(-(n - 1) // edge)) for n in data.shape]
+    out = np.zeros((4, *shape))
+    for brick in np.ndindex(*shape):
+        part = tuple(slice(i * edge, (i + 1) * edge + 1) for i in brick)
+        cells = data[part]
+        slopes = [np.abs(np.diff(cells, axis=a)).max() if cells.shape[a] > 1 else 0.0 for a in range(3)]
+        out[(slice(None), *brick)] = cells.min(), cells.max(), np.linalg.norm(slopes), bend[part].max()
+    return out
+
+
+@pytest.mark.parametrize("shape", [(7, 9, 11), (1, 5, 2), (8, 8, 8), (2, 1, 1), (5, 17, 33)])
+@pytest.mark.parametrize("edge", [1, 2, 4])
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32, np.float64])
+def test_brick_statistics_match_the_slow_ones(shape, edge, dtype, rng):
+    volume = ScalarVolume("v", (rng.random(shape) * 250).astype(dtype))
+    fast = brick_statistics(volume, edge)
+    for got, wanted in zip((fast.low, fast.high, fast.slope, fast.bend), slow_statistics(volume, edge), strict=True):
+        assert np.allclose(got, wanted, atol=1e-3)
+    assert (fast.low <= slow_statistics(volume, edge)[0]).all() and (
+        fast.high >= slow_statistics(volume, edge)[1]
+    ).all()
+
+
+def test_leaps_are_empty_and_as_long_as_the_list_allows(rng):
+    shows = rng.random((7, 9, 12)) < 0.02
+    words, around = leap_words(shows), np.pad(shows, 40)
+    for brick in zip(*np.nonzero(~shows), strict=True):
+        for octant in range(8):
+            level = int(words[brick]) >> (3 * octant) & 7
+
+            def empty(size, brick=brick, octant=octant):
+                ahead = [slice(i + 41 - size, i + 41) if octant >> axis & 1 else slice(i + 40, i + 40 + size)
+                         for axis, i in zip((2, 1, 0), brick, strict=True)]  # fmt: skip
+                return not around[tuple(ahead)].any()
+
+            assert empty(LEAPS[level]) and (level == 7 or not empty(LEAPS[level + 1]))
+
+
+@pytest.mark.parametrize("rule", ["uniform", "error"])
+def test_a_brick_shows_exactly_if_some_value_in_its_range_does(rule, rng):
+    volume = ScalarVolume("v", rng.normal(0, 50, (12, 12, 12)))
+    peak = Material("peak", [3.0, 3.5, 4.0], [0, 1, 0], [1, 1, 1])
+    transfer = TransferFunction((peak, Material("jump", [90.0, 90.0, 95.0], [0, 1, 0], [1, 1, 1])))
+    statistics = brick_statistics(volume, 2)
+    grid = step_grid(rule, statistics, RangeTables(tabulate(transfer, volume), 1.0))
+    inside = [((statistics.high > a) & (statistics.low < b)) for a, b in ((3.0, 4.0), (90.0, 95.0))]
+    inside.append((statistics.high >= 90.0) & (statistics.low <= 90.0))
+    assert np.array_equal(grid.words < EMPTY, np.logical_or.reduce(inside))
+
+
+def test_table_meets_the_curves_and_its_integrals_are_exact(rng):
+    volume, transfer = blob(16, np.float64), two_tents()
+    table = tabulate(transfer, volume)
+    at = np.linspace(table.low, table.high, table.cells + 1)
+    assert np.allclose(table.columns, transfer.curves(at)[1], atol=1e-12)
+    between = rng.uniform(table.low, table.high, 4000)
+    linear = np.stack([np.interp(between, at, column) for column in table.columns.T], axis=-1)
+    exact = transfer.curves(between)[1]
+    assert np.sqrt(np.mean((linear - exact) ** 2)) < 2e-4 * np.sqrt(np.mean(exact**2))
+    fine = np.linspace(table.low, table.high, 64 * table.cells + 1)
+    middles = transfer.curves(0.5 * (fine[1:] + fine[:-1]))[1]
+    assert np.allclose(table.integrals[-1] / table.cells, middles.mean(axis=0), rtol=1e-5)
+
+
+def test_jump_takes_the_later_knot():
+    x = np.array([0.0, 0.999, 1.0, 1.001, 2.0, 3.0])
+    assert np.allclose(interpolate(x, [0, 1, 1, 2], [0, 0, 5, 5]), [0, 0, 5, 5, 5, 5])
+    assert np.allclose(interpolate(x, [1, 1], [2, 5]), [2, 2, 5, 5, 5, 5])
+    assert np.allclose(interpolate(x, [1], [4]), 4)
+
+
+@pytest.mark.parametrize(("values", "extinction", "color", "words"), [
+    ([1, 0], [0, 1], [1, 1, 1], "none below the one before"),
+    ([0, 1], [0, -1], [1, 1, 1], "negative entry"),
+    ([0, 1], [0, 1, 2], [1, 1, 1], "shape"),
+    ([0, np.nan], [0, 1], [1, 1, 1], "not finite"),
+    ([], [], [1, 1, 1], "at least one number"),
+])  # fmt: skip
+def test_bad_materials_are_refused(values, extinction, color, words):
+    with pytest.raises(InvalidInputError, match=words):
+        Material("bone", values, extinction, color)
+
+
+def test_bad_functions_are_refused():
+    bone = Material("bone", [0, 1], [0, 1], [1, 1, 1])
+    with pytest.raises(InvalidInputError, match="at least one"):
+        TransferFunction(())
+    with pytest.raises(InvalidInputError, match="share a name"):
+        TransferFunction((bone, bone))
+    with pytest.raises(InvalidInputError, match="expected 4"):
+        TransferFunction((bone,), [400, 500, 600, 700])
+    with pytest.raises(InvalidInputError, match="go together"):
+        Material("skin", [0, 1], [0, 1], [1, 1, 1], gradient_values=[0, 1])
