@@ -135,6 +135,10 @@ def _prepare(bpy: Any, samples: int, percentage: int) -> None:
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.render.resolution_percentage = percentage
     scene.spectral.render.samples = samples
+    # The window stands behind the camera: that it would shade the dim room behind it cannot be seen, and letting
+    # light pass it costs several times the whole render.
+    choice = scene.spectral.render.overrides.add()
+    choice.name, choice.value = "transparency", "off"
     scene.view_settings.view_transform = "Standard"  # AgX would move the very colors that are compared
 
 

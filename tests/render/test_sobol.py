@@ -48,7 +48,9 @@ def test_each_power_of_two_fills_every_elementary_interval(seed, start):
 
 
 def test_seeds_are_independent():
-    points = np.array([sobol.pair(INDEX[:64], np.array([seed], np.uint32)) for seed in range(200)], dtype=np.float64) / 2**32
+    points = (
+        np.array([sobol.pair(INDEX[:64], np.array([seed], np.uint32)) for seed in range(200)], dtype=np.float64) / 2**32
+    )
     flat = points.reshape(400, 64)
     correlation = np.corrcoef(flat)[~np.eye(400, dtype=bool)]
     assert abs(correlation.mean()) < 0.01 and np.abs(correlation).max() < 0.75
