@@ -39,7 +39,7 @@ class DemoLight:
     exposure: float
 
 
-LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sodium lamp", 0.5))
+LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sodium lamp", 0.6))
 
 
 @dataclass(frozen=True, eq=False)
