@@ -22,8 +22,9 @@ from spectral_core.render.picture import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.wavelengths import FIRST_NM, WavelengthPlan
 from spectral_core.scene import Camera, Film
 
-TILE_PIXELS = 1 << 18
-"""Pixels per kernel launch: what bounds the time until a cancel is heard."""
+TILE_PIXELS = 1 << 21
+"""Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
+picture is one launch, and a process that does not hear a cancel meanwhile is ended by its session."""
 
 
 @dataclass
