@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.least_squares import RIDGE, Check, LinkedLeastSquares, dense_equalities, dense_rows
@@ -72,6 +71,7 @@ def solve_daqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAn
 def solve_piqp(problem: LinkedLeastSquares, start: Array | None = None) -> RawAnswer:
     """Sparse interior point in least-squares form: unknowns x and the residual r = Mx − y."""
     import piqp
+    from scipy import sparse
 
     matrix, target = problem.rows
     equality, equality_target = problem.equalities

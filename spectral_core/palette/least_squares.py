@@ -14,10 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 Array = NDArray[np.float64]
 
@@ -98,6 +101,8 @@ class LinkedLeastSquares:
     @cached_property
     def rows(self) -> tuple[sparse.csr_matrix, Array]:
         """All weighted rows and their targets."""
+        from scipy import sparse
+
         soft = [link for link in self.links if not link.exact]
         parts = [(block.matrix, k) for k, block in enumerate(self.blocks)]
         own = _placed([(matrix, int(self.offsets[k])) for matrix, k in parts], self.size)
@@ -110,12 +115,16 @@ class LinkedLeastSquares:
     @cached_property
     def equalities(self) -> tuple[sparse.csr_matrix, Array]:
         """All equality rows and their targets."""
+        from scipy import sparse
+
         exact = [link for link in self.links if link.exact]
         own = _placed([(block.equality, int(self.offsets[k])) for k, block in enumerate(self.blocks)], self.size)
         target = np.concatenate([*(block.equality_target for block in self.blocks), *(-link.offset for link in exact)])
         return sparse.vstack([own, self._link_rows(exact, weighted=False)], format="csr"), target
 
     def _link_rows(self, links: list[Link], *, weighted: bool) -> sparse.csr_matrix:
+        from scipy import sparse
+
         values, rows, columns = [], [], []
         for number, link in enumerate(links):
             transform = link.weight * link.metric if weighted else np.eye(3)
@@ -219,6 +228,8 @@ def _scaled(link: Link, vector: Array) -> Array:
 
 def _placed(parts: list[tuple[Array, int]], width: int) -> sparse.csr_matrix:
     """Dense matrices below each other, each starting at its own column."""
+    from scipy import sparse
+
     if not parts:
         return sparse.csr_matrix((0, width))
     row, values, rows, columns = 0, [], [], []

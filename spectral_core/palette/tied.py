@@ -23,7 +23,6 @@ Array = NDArray[np.float64]
 
 SETTLED = 1e-14
 """Scaled gradient of the colors at which they are at their minimum."""
-REFINEMENTS = 4
 HALVINGS = 30
 """Trials along one Newton step."""
 STEPS = 60
@@ -115,26 +114,8 @@ class TiedSolver:
             settled, stale = self._search(problem, self._color_step(problem))
             if settled:
                 self._sense(problem, stale)  # for the next call
-                if stale.size == 0:
-                    self._refine(problem)
                 return self.values, self.colors
         raise SolveError("the free colors did not settle")
-
-    def _refine(self, problem: TiedProblem) -> None:
-        """Newton steps on the same bounds while they gain: heavy ties leave the flat directions of colors unsharp."""
-        before = np.inf
-        for _ in range(REFINEMENTS):
-            values, colors = self.values.copy(), self.colors
-            gradient = problem.color_gradient(values, colors)
-            size = float(np.abs(np.clip(colors - gradient, *problem.color_bounds) - colors).max())
-            if size == 0 or size > 0.1 * before:
-                return
-            before = size
-            step = self._color_step(problem)
-            self.colors = np.clip(colors + step, *problem.color_bounds)
-            if self._advance(problem, values, self.colors - colors).size:
-                self.values[:], self.colors = values, colors
-                return
 
     def _search(self, problem: TiedProblem, step: Array) -> tuple[bool, NDArray[np.intp]]:
         """Go along a Newton step until the slope is no steeper upwards than half of what it was downwards.

@@ -97,11 +97,17 @@ def render_scene(
     )
 
 
-def pass_sizes(samples: int, largest: int = 64) -> list[int]:
-    """1, 2, 4, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, little overhead late."""
-    sizes, done, size = [], 0, 1
+def pass_sizes(samples: int, largest: int = 128) -> list[int]:
+    """1, 3, 12, 48, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, few passes in all.
+
+    Each pass pays once for recording its kernel, a second or two with many materials; a last pass of less than half
+    the one before joins it.
+    """
+    sizes, done = [1], 1
     while done < samples:
-        sizes.append(min(size, samples - done))
-        done += sizes[-1]
-        size = min(2 * size, largest)
+        size = min(3 * done, largest, samples - done)
+        if samples - done - size < size / 2:
+            size = samples - done
+        sizes.append(size)
+        done += size
     return sizes
