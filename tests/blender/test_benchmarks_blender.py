@@ -12,7 +12,7 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 
 def test_lights_agree_with_cycles(blender):
-    """A gray plane under one light of each formula: within 2 % even at 16 samples, for these are nearly free of noise."""
+    """A gray plane under one light of each formula: within 2 % even at 16 samples; these have little noise."""
     from benchmarks import render_cycles
 
     names = ["point", "spot", "sun", "area square", "area disk", "world color"]
