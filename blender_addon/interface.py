@@ -6,7 +6,15 @@ from __future__ import annotations
 from .drawing import icons, overlay
 from .drawing import light_dial as drawn_dial
 from .operators import light_dial as dial_operators
-from .operators import light_dial_apply, light_dial_drag, palette_files, palette_scene, render_plan, volume_files
+from .operators import (
+    light_dial_apply,
+    light_dial_drag,
+    light_dial_record,
+    palette_files,
+    palette_scene,
+    render_plan,
+    volume_files,
+)
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
 from .operators import spectrum as spectrum_operators
@@ -34,7 +42,8 @@ PROPERTIES = (
 )  # fmt: skip
 OPERATORS = (
     table_operators, solve_operators, spectrum_operators, palette_files, palette_scene, render_plan,
-    volume_operators, volume_files, dial_operators, light_dial_apply, light_dial_drag,
+    volume_operators, volume_files, dial_operators, light_dial_record, light_dial_apply,
+    light_dial_drag,
 )  # fmt: skip
 PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, dial_panels, overlay, drawn_dial)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)
