@@ -23,7 +23,7 @@ INTERVAL = (-3.0, 3.0)
 
 
 def write(
-    folder: Path, two_tones: Function, slow_tone: Function, g: Function, gaussians: dict[str, Function]
+    folder: Path, two_tones: Function, slow_tone: Function, g: Function, gaussians: dict[str, Function], dpi: int = 130
 ) -> list[Path]:
     """Draw the four figures into ``folder``; their paths."""
     import matplotlib
@@ -41,7 +41,7 @@ def write(
     with plt.rc_context(style):
         for name, draw in figures.items():
             figure = draw()
-            figure.savefig(folder / name, dpi=130)
+            figure.savefig(folder / name, dpi=dpi)
             plt.close(figure)
     return [folder / name for name in figures]
 

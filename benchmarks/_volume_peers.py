@@ -130,7 +130,7 @@ def yt_sampler(volume: ScalarVolume, transfer: TransferFunction, view: View, qui
     along = np.ascontiguousarray((-reach * directions).transpose(1, 0, 2))
     function = _YtTransfer(volume, transfer, reach)
     unit = np.ones(3)
-    for samples in (1,) if quick else (1, 4):
+    for samples in (1,) if quick else (3, 24):
         picture = np.zeros((view.width, view.height, 4))
         around = (0.5 * unit, (0.0, 1.0, 0.0, 1.0), picture, unit, unit, unit)
         sampler = VolumeRenderSampler(start, along, *around, "KDTree", function, samples, lens_type="none")

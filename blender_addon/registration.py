@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from . import engine, interface, jobs
+from . import command_line, engine, interface, jobs
 
-MODULES = (*interface.MODULES, jobs, engine)
+MODULES = (*interface.MODULES, jobs, engine, command_line)
 
 
 def register() -> None:

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spectral_core.render.spectral_exr import write_spectral_exr
-
 from spectral_core import datasets
 from spectral_core.errors import MissingDependencyError, RenderError
 from spectral_core.palette import PaletteSolution, solve_palette
@@ -18,6 +16,7 @@ from spectral_core.palette.files import write_palette
 from spectral_core.palette.files.swatches import swatches_of, write_swatches
 from spectral_core.palette.presets import hidden_mark
 from spectral_core.render import Bands, RenderProcess, RenderResult
+from spectral_core.render.spectral_exr import write_spectral_exr
 from spectral_core.scene import Scene
 from spectral_core.spectra_files import write_spectra
 
@@ -40,7 +39,7 @@ class DemoLight:
     exposure: float
 
 
-LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sodium lamp", 0.5))
+LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sodium lamp", 0.6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +134,10 @@ def _prepare(bpy: Any, samples: int, percentage: int) -> None:
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.render.resolution_percentage = percentage
     scene.spectral.render.samples = samples
+    # The window stands behind the camera: that it would shade the dim room behind it cannot be seen, and letting
+    # light pass it costs several times the whole render.
+    choice = scene.spectral.render.overrides.add()
+    choice.name, choice.value = "transparency", "off"
     scene.view_settings.view_transform = "Standard"  # AgX would move the very colors that are compared
 
 

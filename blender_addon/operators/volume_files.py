@@ -114,7 +114,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         first = read_volume(path, **options) if frames is None else frames.read(frames.numbers[0])
         data = bpy.data.volumes.new(first.name)
         try:
-            _fill(data, path, first, frames, self._key())
+            _fill(data, path, first, frames, self._key(), centred=self.size > 0)
             _choose_preset(data, first, self.preset)
         except Exception:
             bpy.data.volumes.remove(data)
@@ -126,21 +126,22 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         return f"{self.field} {self.component} {raw}"
 
 
-def _fill(data, path: Path, first, frames, key: str) -> None:
-    """Write the OpenVDB files of a data-block and point it to them."""
+def _fill(data, path: Path, first, frames, key: str, *, centred: bool) -> None:
+    """Write the OpenVDB files of a data-block and point it to them; ``centred``: the object's origin is its middle."""
     from spectral_core.volume.files import write_volume
 
     low, high = first.value_range
-    stem = _stem(path if frames is None else Path(frames.pattern), key)
+    shift = -first.corners_world.mean(axis=0) if centred else np.zeros(3)
+    stem = _stem(path if frames is None else Path(frames.pattern), f"{key} {centred}")
     if frames is None:
         target = folder_for_volumes() / f"{stem}.vdb"
-        write_volume(first, target)
+        write_volume(_moved(first, shift), target)
     else:
         # Numbers in a row, for Blender counts frames from the first file's.
         for place, number in enumerate(frames.numbers, 1):
             volume = frames.read(number)
             low, high = min(low, volume.value_range[0]), max(high, volume.value_range[1])
-            write_volume(volume, folder_for_volumes() / f"{stem}_{place:04d}.vdb")
+            write_volume(_moved(volume, shift), folder_for_volumes() / f"{stem}_{place:04d}.vdb")
         target = folder_for_volumes() / f"{stem}_0001.vdb"
         data.is_sequence, data.frame_start, data.frame_duration = True, 1, len(frames)
     data.filepath = bpy.path.relpath(str(target)) if bpy.data.filepath else str(target)
@@ -150,7 +151,16 @@ def _fill(data, path: Path, first, frames, key: str) -> None:
     settings.facts = f"{' × '.join(map(str, first.shape))} voxels of {first.data.dtype}, {low:g} to {high:g}"
     # The viewport shows the data as smoke: about opaque through the whole of them.
     voxel = float(np.prod(first.voxel_size) ** (1 / 3))
-    data.display.density = 8.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
+    data.display.density = 20.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
+
+
+def _moved(volume, shift: np.ndarray):
+    """The same volume elsewhere."""
+    from spectral_core.volume.field import ScalarVolume
+
+    matrix = volume.to_world.copy()
+    matrix[:3, 3] += shift
+    return ScalarVolume(volume.name, volume.data, matrix)
 
 
 def _choose_preset(data, volume, name: str) -> None:
@@ -163,13 +173,10 @@ def _choose_preset(data, volume, name: str) -> None:
 
 def _add_to_scene(context, data, volume, size: float) -> None:
     """An object of the data at the cursor, its longest side ``size`` long."""
-    corners = volume.corners_world
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    scale = 1.0 if size == 0 else size / float((high - low).max())
     thing = bpy.data.objects.new(data.name, data)
-    thing.scale = (scale,) * 3
     if size:
-        thing.location = np.array(context.scene.cursor.location) - scale * (low + high) / 2
+        thing.scale = (size / float(np.ptp(volume.corners_world, axis=0).max()),) * 3
+        thing.location = context.scene.cursor.location
     context.collection.objects.link(thing)
     for other in context.selected_objects:
         other.select_set(False)

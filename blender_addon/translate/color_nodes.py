@@ -11,7 +11,7 @@ from spectral_core.datasets import blackbody
 from spectral_core.spectrum import Illuminant
 
 from . import operations
-from .fields import LUMINANCE, Field, Mixed, combine, mean_color
+from .fields import Field, Mixed, combine, gray_of, mean_color
 from .nodes import Input, Output
 from .reader import Reader, evaluator
 
@@ -72,7 +72,7 @@ def _hue_saturation(reader: Reader, output: Output) -> Field:
 
 @evaluator("MATH")
 def _math(reader: Reader, output: Output) -> Field:
-    inputs = [_gray(reader.field(Input(socket, output.groups))) for socket in output.node.inputs]
+    inputs = [gray_of(reader.field(Input(socket, output.groups))) for socket in output.node.inputs]
     inputs += [0.0] * (3 - len(inputs))
     function = operations.MATH.get(output.node.operation)
     if function is None:
@@ -80,11 +80,6 @@ def _math(reader: Reader, output: Output) -> Field:
         return inputs[0]
     result = reader.apply(function, inputs)
     return combine(lambda v: np.clip(v, 0, 1), [result]) if output.node.use_clamp else result
-
-
-def _gray(value: Field) -> Field:
-    """Colors become their luminance where a number is wanted."""
-    return combine(lambda v: v if v.shape[-1] == 1 else (v @ LUMINANCE)[..., None], [value])
 
 
 @evaluator("CLAMP")
@@ -105,7 +100,7 @@ def _map_range(reader: Reader, output: Output) -> Field:
     names = ("Value", "From Min", "From Max", "To Min", "To Max")
     return reader.apply(
         lambda v, *limits: operations.map_range(v, limits, clamp=node.clamp, steps=node.interpolation_type),
-        [_gray(item) for item in reader.fields(output, *names)],
+        reader.fields(output, *names),
     )
 
 
@@ -119,7 +114,7 @@ def _color_ramp(reader: Reader, output: Output) -> Field:
         index = np.clip(factor[..., 0], 0, 1) * 1024
         return np.stack([np.interp(index, np.arange(1025), column) for column in colors.T], axis=-1)
 
-    return reader.apply(look_up, [_gray(item) for item in reader.fields(output, "Fac")])
+    return reader.apply(look_up, reader.fields(output, "Fac"))
 
 
 @evaluator("CURVE_RGB", "CURVE_FLOAT")
@@ -143,7 +138,7 @@ def _curves(reader: Reader, output: Output) -> Field:
 
 @evaluator("RGBTOBW")
 def _black_and_white(reader: Reader, output: Output) -> Field:
-    return _gray(reader.fields(output, "Color")[0])
+    return gray_of(reader.fields(output, "Color")[0])
 
 
 @evaluator("SEPARATE_COLOR", "SEPRGB", "SEPXYZ", "SEPARATE_XYZ")
@@ -160,7 +155,7 @@ def _separate(reader: Reader, output: Output) -> Field:
 
 @evaluator("COMBINE_COLOR", "COMBRGB", "COMBXYZ", "COMBINE_XYZ")
 def _combine(reader: Reader, output: Output) -> Field:
-    parts = [_gray(reader.field(Input(socket, output.groups))) for socket in list(output.node.inputs)[:3]]
+    parts = [gray_of(reader.field(Input(socket, output.groups))) for socket in list(output.node.inputs)[:3]]
     turn = operations.rgb_from_hsv if getattr(output.node, "mode", "RGB") in ("HSV", "HSL") else (lambda c: c)
     return reader.apply(lambda *c: turn(np.concatenate(np.broadcast_arrays(*c), axis=-1)), parts)
 

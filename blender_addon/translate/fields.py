@@ -84,6 +84,11 @@ def combine(function: Callable[..., Any], fields: Sequence[Field]) -> Field:
     return with_pixels(base, np.broadcast_to(finite, (*base.pixels.shape[:2], result.shape[-1])), base.name)
 
 
+def gray_of(field: Field) -> Field:
+    """The field as a socket for numbers takes it: of colors their luminance."""
+    return combine(lambda v: v if v.shape[-1] == 1 else (v @ LUMINANCE)[..., None], [field])
+
+
 def needs_mean(fields: Sequence[Field]) -> bool:
     """Whether combine() would take a mean where the artist has a picture."""
     images = [field for field in fields if isinstance(field, ImageTexture)]

@@ -119,10 +119,9 @@ def bright_contrast(color: Array, bright: Array, contrast: Array) -> Array:
 
 def hue_saturation(color: Array, hue: Array, saturation: Array, value: Array, factor: Array) -> Array:
     """Hue/Saturation/Value node."""
-    hsv = hsv_from_rgb(np.broadcast_to(color, (*np.broadcast_shapes(color.shape, hue.shape)[:-1], 3)))
-    turned = np.concatenate(
-        [(hsv[..., :1] + hue + 0.5) % 1.0, np.clip(hsv[..., 1:2] * saturation, 0, 1), hsv[..., 2:] * value], axis=-1
-    )
+    hsv = hsv_from_rgb(np.broadcast_to(color, (*color.shape[:-1], 3)))
+    parts = (hsv[..., :1] + hue + 0.5) % 1.0, np.clip(hsv[..., 1:2] * saturation, 0, 1), hsv[..., 2:] * value
+    turned = np.concatenate(np.broadcast_arrays(*parts), axis=-1)
     return np.maximum((1 - factor) * color + factor * rgb_from_hsv(turned), 0)
 
 

@@ -14,7 +14,7 @@ from spectral_core.spectrum import Spectrum
 
 from . import spectra
 from .context import Translation
-from .fields import Field, Mixed, combine, mean_color, needs_mean, paint_of, scalar_of
+from .fields import Field, Mixed, combine, gray_of, mean_color, needs_mean, paint_of, scalar_of
 from .nodes import Input, Output
 
 NEUTRAL = 0.5
@@ -93,9 +93,12 @@ class Reader:
         return combine(function, fields)
 
     def fields(self, output: Output, *names: str, missing: float = 0.0) -> list[Field]:
-        """Fields of several inputs of a node, by identifier or name."""
-        places = [output.input(name) for name in names]
-        return [missing if place is None else self.field(place) for place in places]
+        """Fields of several inputs of a node, by identifier or name; a socket for numbers makes colors gray."""
+        found: list[Field] = []
+        for place in (output.input(name) for name in names):
+            value = missing if place is None else self.field(place)
+            found.append(gray_of(value) if place is not None and place.socket.type == "VALUE" else value)
+        return found
 
     def mix(self, factor: Field, first: Field, second: Field) -> Field:
         """Two fields mixed: kept apart where one is a spectrum or the factor a picture, else computed."""

@@ -25,7 +25,7 @@ from spectral_core.lattice.frame import MAX_POINTS, Frame
 from spectral_core.lattice.measures import Evenness, evenness, latinized, prefix_separations, separation
 from spectral_core.lattice.optimization import Search, optimize_packing, optimize_second_moment, whiteness
 from spectral_core.lattice.polynomials import CharacteristicPolynomial, characteristic_polynomials
-from spectral_core.lattice.progressive import ProgressivePoints, progressive_fill
+from spectral_core.lattice.progressive import ProgressivePoints, progressive_fill, progressive_points
 from spectral_core.lattice.reduction import closest_vectors, lll, shortest_vectors
 from spectral_core.lattice.regions import Region, ball, box, corner_simplex, halfspaces, unit_cube
 from spectral_core.lattice.voronoi import VoronoiCell, relevant_vectors, voronoi_cell
@@ -75,6 +75,7 @@ __all__ = [
     "place_about",
     "prefix_separations",
     "progressive_fill",
+    "progressive_points",
     "relevant_vectors",
     "second_moment",
     "separation",

@@ -103,8 +103,8 @@ def _anchored_general(region: Region) -> Anchored:
         )
     if radius <= THINNEST:
         raise InvalidInputError(
-            f"the region holds no ball larger than {max(radius, 0.0) * size:.3g}, "
-            f"{max(radius, 0.0):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
+            f"the region holds no ball larger than {abs(max(radius, 0.0)) * size:.3g}, "
+            f"{abs(max(radius, 0.0)):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
             "widen the bounds or leave out the direction that should not vary"
         )
     slacks = bounds - rows @ center

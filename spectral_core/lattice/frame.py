@@ -9,7 +9,9 @@ multiplications and additions. So the same point has the same bits in every regi
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,8 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.anchoring import anchor
-from spectral_core.lattice.construction import Lattice
+from spectral_core.lattice.classes import LatticeClass
+from spectral_core.lattice.construction import Lattice, build_lattice
 from spectral_core.lattice.enumeration import Window
+from spectral_core.lattice.polynomials import CharacteristicPolynomial
 from spectral_core.lattice.regions import Region
 
 Matrix = NDArray[np.float64]
@@ -45,6 +49,50 @@ class Frame:
     def dimensions(self) -> int:
         """n."""
         return self.lattice.dimensions
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers that ``from_dict`` builds the same frame from, for a project file."""
+        polynomial = self.lattice.polynomial
+        return {
+            "dimensions": polynomial.dimensions,
+            "rate": polynomial.rate,
+            "middle": polynomial.middle,
+            "improper": polynomial.improper,
+            "class": self.lattice.lattice_class.index,
+            "log_scales": self.lattice.log_scales.tolist(),
+            "criterion": self.lattice.criterion,
+            "rotation": self.rotation.tolist(),
+            "spacing": self.spacing,
+            "origin": self.origin.tolist(),
+        }
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Frame:
+        """The frame that ``to_dict`` described; InvalidInputError where an entry is missing or wrong."""
+        try:
+            polynomial = CharacteristicPolynomial(
+                plain["dimensions"], plain["rate"], plain["middle"], bool(plain["improper"])
+            )
+            one = LatticeClass(polynomial, plain["class"])
+            lattice = build_lattice(one, plain["log_scales"], criterion=plain["criterion"])
+            spacing = float(plain["spacing"])
+            rotation = checked_rotation(plain["rotation"], polynomial.dimensions)
+            origin = frozen_array("origin", plain["origin"], (polynomial.dimensions,))
+        except (KeyError, TypeError) as error:
+            raise InvalidInputError(
+                f"not a description of a lattice frame: {error!r}; write it with to_dict"
+            ) from error
+        if not 0.0 < spacing < math.inf:
+            raise InvalidInputError(f"spacing is {spacing}; expected a positive number")
+        return cls(lattice, rotation, spacing, origin)
+
+    def same_as(self, other: Frame) -> bool:
+        """Whether both place the same points, to the bit."""
+        return (
+            self.lattice.lattice_class == other.lattice.lattice_class
+            and np.array_equal(self.basis(), other.basis())
+            and np.array_equal(self.origin, other.origin)
+        )
 
     def basis(self, level: int = 0) -> Matrix:
         """Basis of a level as columns, (n, n): spacing · U Q^-level G; finer for positive levels."""

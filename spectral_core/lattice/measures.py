@@ -57,7 +57,7 @@ def evenness(points: ArrayLike, *, samples: int = 16384, seed: int = 0) -> Evenn
         fill_distance=farthest * m ** (1.0 / n),
         mean_square=float((at_probes**2).mean()) / n * m ** (2.0 / n),
         discrepancy=float(np.sqrt(qmc.discrepancy(given, method="CD"))),
-        gap_1d=_gap_1d(given),
+        gap_1d=worst_gap(given),
         fill_2d=_fill_2d(given),
     )
 
@@ -106,7 +106,8 @@ def latinized(points: ArrayLike, low: ArrayLike | None = None, high: ArrayLike |
     return np.asarray(moved, dtype=np.float64)
 
 
-def _gap_1d(points: Matrix) -> float:
+def worst_gap(points: Matrix) -> float:
+    """Largest gap of the values on one axis, worst axis, times m, of points (m, n) in the unit cube; 1 is perfect."""
     ordered = np.sort(points, axis=0)
     padded = np.concatenate([-ordered[:1], ordered, 2.0 - ordered[-1:]])  # mirrored: a margin counts twice
     return float(np.diff(padded, axis=0).max() * len(points))

@@ -15,17 +15,22 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.catalogue import make_lattice
 from spectral_core.lattice.construction import Lattice
-from spectral_core.lattice.filling import fill_exactly
-from spectral_core.lattice.frame import MAX_LEVEL, CosetDigits, Frame
+from spectral_core.lattice.filling import fill_exactly, seeded
+from spectral_core.lattice.frame import MAX_LEVEL, CosetDigits, Frame, random_rotation
+from spectral_core.lattice.measures import worst_gap
 from spectral_core.lattice.regions import Region
 
 Matrix = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
+TURNS = 16
+"""Rotations tried in a box of 2 to 4 dimensions, up to ``MAX_TURN_POINTS`` points."""
+MAX_TURN_DIMENSIONS = 4
+MAX_TURN_POINTS = 20_000
 MAX_DIGITS = 200
 """Levels above the base that are told apart; with rate 2 that is 2^200 points."""
 
@@ -72,15 +77,11 @@ class ProgressivePoints:
 
         Points that lie in both regions have the same bits; ``shared`` pairs them.
         """
-        positions, coefficients = self.frame.points_in(region, self.level)
-        order = progressive_order(self.frame.lattice, coefficients, self.level, self.shifts)
-        return ProgressivePoints(
-            self.frame, region, self.level, _frozen(positions[order]), _frozen(coefficients[order]), self.shifts
-        )
+        return progressive_points(self.frame, region, level=self.level, shifts=self.shifts)
 
     def shared(self, other: ProgressivePoints) -> tuple[Integers, Integers]:
         """Indices here and there of the points in both, (K,) each; both must come from the same frame."""
-        if other.frame is not self.frame:
+        if not other.frame.same_as(self.frame):
             raise InvalidInputError(
                 "the two sets of points come from different frames, so no point is shared by design"
             )
@@ -107,14 +108,51 @@ def progressive_fill(
     """Exactly ``count`` points in a region, in progressive order.
 
     ``lattice`` is that of the largest packing radius for the region's dimension and ``rate`` unless given: the
-    separation of prefixes is what it bounds. ``seed`` draws rotation and offset. Errors as for ``fill_exactly``.
+    separation of prefixes is what it bounds. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
+    best of ``TURNS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
     """
     chosen = make_lattice(region.dimensions, rate, criterion="packing") if lattice is None else lattice
-    frame, coefficients = fill_exactly(chosen, region, count, seed=seed, rotation=rotation)
+    if rotation is None and region.box_limits is not None and 1 < len(chosen.generator) <= MAX_TURN_DIMENSIONS:
+        frame, coefficients = _filled_at_best_turn(chosen, region, count, seed)
+    else:
+        frame, coefficients = fill_exactly(chosen, region, count, seed=seed, rotation=rotation)
     shifts = fullest_cosets(chosen, coefficients)
     order = progressive_order(chosen, coefficients, 0, shifts)
     coefficients = coefficients[order]
     return ProgressivePoints(frame, region, 0, _frozen(frame.positions(coefficients)), _frozen(coefficients), shifts)
+
+
+def _filled_at_best_turn(lattice: Lattice, box: Region, count: int, seed: int) -> tuple[Frame, Integers]:
+    """Exact fill of a box at the rotation, of those tried, whose points leave the least gap on any axis.
+
+    In few dimensions a rotation may bring planes of the lattice close to an axis; from 5 on they hardly differ.
+    """
+    assert box.box_limits is not None
+    low, high = box.box_limits
+    rng = seeded(seed)
+    best: tuple[float, Frame, Integers] | None = None
+    for _ in range(TURNS if 2 <= count <= MAX_TURN_POINTS else 0):
+        try:
+            turn = random_rotation(lattice.dimensions, rng)
+            frame, coefficients = fill_exactly(lattice, box, count, seed=seed, rotation=turn)
+        except SolveError:  # lined up with a face: not a good rotation either
+            continue
+        gap = worst_gap((frame.positions(coefficients) - low) / (high - low))
+        if best is None or gap < best[0]:
+            best = gap, frame, coefficients
+    return fill_exactly(lattice, box, count, seed=seed) if best is None else best[1:]
+
+
+def progressive_points(
+    frame: Frame, region: Region, *, level: int = 0, shifts: tuple[int, ...] = ()
+) -> ProgressivePoints:
+    """All points of a frame's level in a region, in progressive order: how a stored sweep is taken up again.
+
+    ``frame``, ``level`` and ``shifts`` are those of the ``ProgressivePoints`` to continue.
+    """
+    positions, coefficients = frame.points_in(region, level)
+    order = progressive_order(frame.lattice, coefficients, level, shifts)
+    return ProgressivePoints(frame, region, level, _frozen(positions[order]), _frozen(coefficients[order]), shifts)
 
 
 def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:

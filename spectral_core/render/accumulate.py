@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The picture's sums, on the just-in-time variants: one lane per pixel, a loop over its samples inside the kernel.
 
-Wavelength, position in the pixel and lens follow one Kronecker sequence (the golden ratio for the first, Roberts'
-generalized golden ratio of 2018 for the others), turned by a random offset per pixel and going on where the last pass
-stopped; everything after the first hit draws from an independent stream per pixel. Sums and streams outlive a pass, so
+Every random number is a scrambled Sobol point of its pixel, sample and place in the path, and the sums outlive a pass:
 pixels do not depend on how the samples were split into passes.
 """
 
@@ -19,34 +17,22 @@ from numpy.typing import NDArray
 from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.render.camera_rays import camera_frame, rays
 from spectral_core.render.first_hit import FirstHit
+from spectral_core.render.path_sampler import path_sampler_class
 from spectral_core.render.picture import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.wavelengths import FIRST_NM, WavelengthPlan
 from spectral_core.scene import Camera, Film
 
-TILE_PIXELS = 1 << 18
-"""Pixels per kernel launch: what bounds the time until a cancel is heard."""
-
-
-def _kronecker_steps(dimensions: int) -> list[int]:
-    """Steps of the sequence as 32-bit fixed point: powers of 1/φ_d with φ^(d+1) = φ + 1."""
-    phi = 2.0
-    for _ in range(64):
-        phi = (1 + phi) ** (1 / (dimensions + 1))
-    return [int(phi ** -(k + 1) * 2**32) & 0xFFFFFFFF for k in range(dimensions)]
-
-
-_GOLDEN = (5**0.5 - 1) / 2
-# The wavelength comb has four teeth, so it is a quarter of the interval that its step must fill evenly.
-_STEPS = [int((0.25 + _GOLDEN / 4) * 2**32), *_kronecker_steps(4)]
+TILE_PIXELS = 1 << 21
+"""Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
+picture is one launch, and a process that does not hear a cancel meanwhile is ended by its session."""
 
 
 @dataclass
 class _Tile:
-    """Pixels that are rendered together, their running sums and their random streams."""
+    """Pixels that are rendered together and their running sums."""
 
     first: int
     count: int
-    sampler: Any
     sums: Any
     covered: Any
     bands: Any
@@ -110,16 +96,10 @@ class Accumulator:
 
     def _new_tile(self, first: int, count: int) -> _Tile:
         mi, dr = self._mi, self._dr
-        sampler = mi.load_dict({"type": "independent"})
-        # one 32-bit seed per tile: TEA of the frame's seed and the tile's first pixel
-        seed, _ = mi.sample_tea_32(mi.UInt32(self.film.seed & 0xFFFFFFFF), mi.UInt32(first), 8)
-        sampler.seed(int(seed[0]), count)
-        # evaluated and opaque: what the compiler knows about the start would make the first pass a kernel of its own
-        sampler.schedule_state()
-        dr.eval()
+        # opaque: zeros that the compiler knows would make the first pass a kernel of its own
         bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
         sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
-        return _Tile(first, count, sampler, sums, dr.opaque(mi.Float, 0.0, count), bands)
+        return _Tile(first, count, sums, dr.opaque(mi.Float, 0.0, count), bands)
 
     def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
@@ -134,27 +114,27 @@ class Accumulator:
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         width = dr.opaque(mi.UInt32, self.film.size[0])
         corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
-        turns = self._turns(pixel)
+        seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
         first = dr.opaque(mi.UInt32, self.samples)
         total = dr.opaque(mi.UInt32, self.samples + samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
 
-        def body(index: Any, sums: Any, covered: Any, sampler: Any) -> Any:
-            draws = [mi.Float((turn + index * step) >> 8) * 2.0**-24 for turn, step in zip(turns, _STEPS, strict=True)]
-            ray, cells, within = self._ray(corner, draws)
+        def body(index: Any, sums: Any, covered: Any) -> Any:
+            sampler.begin(index)
+            ray, cells, within = self._ray(corner, sampler)
             radiance, coverage = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             if bands is not None:
                 self._scatter_bands(bands, lane, radiance, (cells, within))
-            return index + 1, sums + color, covered + coverage, sampler
+            return index + 1, sums + color, covered + coverage
 
-        _, tile.sums, tile.covered, tile.sampler = dr.while_loop(
-            (first, tile.sums, tile.covered, tile.sampler),
+        _, tile.sums, tile.covered = dr.while_loop(
+            (first, tile.sums, tile.covered),
             lambda index, *_: index < total,
             body,
-            labels=("index", "sums", "covered", "sampler"),
+            labels=("index", "sums", "covered"),
         )
-        tile.sampler.schedule_state()
         dr.eval(tile.sums, tile.covered, bands)
         dr.sync_thread()
 
@@ -174,31 +154,21 @@ class Accumulator:
         # what is not covered shows the environment: taken out in expectation
         return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed)
 
-    def _turns(self, pixel: Any) -> list[Any]:
-        """Five random 32-bit offsets per pixel."""
-        mi = self._mi
-        seed = self._dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
-        turns = []
-        for _ in range(3):
-            seed, other = mi.sample_tea_32(pixel, seed, 6)
-            turns += [seed, other]
-        return turns[:5]
-
-    def _ray(self, corner: Any, draws: list[Any]) -> tuple[Any, Any, Any]:
+    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
         mi, dr = self._mi, self._dr
-        offset = mi.Vector2f(self._offset(draws[1]), self._offset(draws[2]))
+        place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
+        offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
         picture = (corner + 0.5 + offset) / mi.Vector2f(self._number(self.film.width), self._number(self.film.height))
-        lens = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(draws[3], draws[4]))
+        lens = mi.warp.square_to_uniform_disk_concentric(aperture)
         origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f, self._number)
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False
         if self._plan is None:
             return ray, None, None
-        # a comb of four, its first tooth anywhere: under dispersion that one stands for all
-        teeth = [0.25 * k for k in range(4)] if self._plan.teeth == 4 else [0.0] * 4
-        comb = [draws[0] + tooth - dr.floor(draws[0] + tooth) for tooth in teeth]
+        # a comb of four that slides through a quarter of the interval; under dispersion one tooth stands for all
+        comb = [0.25 * (spectral + k) for k in range(4)] if self._plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
         for k in range(4):
             cell, rest = self._draw.sample_reuse(comb[k])

@@ -19,6 +19,9 @@ from spectral_core.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
 
+LONGEST_PASS_S = 10.0
+"""Passes that would take longer are split, so that the picture moves. Pixels do not depend on how."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Progress:
@@ -75,13 +78,19 @@ def render_scene(
     plan = plan_effects(scene)
     job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
     status: Literal["done", "cancelled"] = "done"
-    for samples in pass_sizes(scene.film.samples):
+    affordable = scene.film.samples
+    left = pass_sizes(scene.film.samples)
+    while left:
+        samples = min(left[0], affordable)
+        left[:1] = [left[0] - samples] if left[0] > samples else []
+        pass_start = time.perf_counter()
         if not job.trace(samples, should_stop):
             status = "cancelled"
             break
+        now = time.perf_counter()
+        affordable = max(1, int(LONGEST_PASS_S * samples / (now - pass_start)))
         if on_progress is not None:
-            elapsed = time.perf_counter() - start
-            on_progress(Progress(job.picture(), job.samples, scene.film.samples, elapsed))
+            on_progress(Progress(job.picture(), job.samples, scene.film.samples, now - start))
     return RenderResult(
         pixels=job.picture(),
         plan=plan,
@@ -97,11 +106,17 @@ def render_scene(
     )
 
 
-def pass_sizes(samples: int, largest: int = 64) -> list[int]:
-    """1, 2, 4, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, little overhead late."""
-    sizes, done, size = [], 0, 1
+def pass_sizes(samples: int, largest: int = 128) -> list[int]:
+    """1, 3, 12, 48, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, few passes in all.
+
+    Each pass pays once for recording its kernel, a second or two with many materials; a last pass of less than half
+    the one before joins it.
+    """
+    sizes, done = [1], 1
     while done < samples:
-        sizes.append(min(size, samples - done))
-        done += sizes[-1]
-        size = min(2 * size, largest)
+        size = min(3 * done, largest, samples - done)
+        if samples - done - size < size / 2:
+            size = samples - done
+        sizes.append(size)
+        done += size
     return sizes

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.errors import UnknownNameError
 from spectral_core.observer import STANDARD, observer
 from spectral_core.render.camera_rays import camera_frame
 from spectral_core.scene import Camera, Film, Scene, VolumeObject
@@ -37,7 +38,7 @@ def volume_integrator(
         items,
         surface,
         rule=rules.pop() if len(rules) == 1 else "auto",
-        quality=float(np.clip(max(volume.quality for volume in scene.volumes), 10.0, 90.0)),
+        quality=float(max(volume.quality for volume in scene.volumes)),
         shading=lighting != "even",
         shadows=lighting == "shadows",
         channels=scene.film.transparent,
@@ -65,7 +66,13 @@ def view_of(camera: Camera, film: Film) -> View:
 
 
 def _lighting(volume: VolumeObject) -> str:
-    return str(volume.options.get("lighting", "scene"))
+    for name in volume.options:
+        if name != "lighting":
+            raise UnknownNameError.among(f"option of volume {volume.name!r}", name, ["lighting"])
+    lighting = str(volume.options.get("lighting", "scene"))
+    if lighting not in LIGHTING:
+        raise UnknownNameError.among("volume lighting", lighting, LIGHTING)
+    return lighting
 
 
 def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: bool) -> SceneVolume:

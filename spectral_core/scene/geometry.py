@@ -84,7 +84,8 @@ class VolumeObject:
 
     ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
     ``transfer``: a ``spectral_core.volume`` transfer function (not named here: scene stands below that room).
-    ``rule`` and ``quality``: as ``spectral_core.volume`` defines them.
+    ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines them.
+    ``options``: ``{"lighting": "even" | "scene" | "shadows"}``, see ``spectral_core.render.volumes``.
     """
 
     name: str
@@ -92,7 +93,7 @@ class VolumeObject:
     world_from_index: NDArray[np.float64]
     transfer: Any
     rule: str = "auto"
-    quality: float = 1.0
+    quality: float = 50.0
     options: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

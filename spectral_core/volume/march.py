@@ -20,6 +20,7 @@ from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
 LEAST_TRANSMITTANCE = 1e-5
+_LEAST_ROOT = 0.03  # T^(1/4) at which steps grow no further
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,8 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
     zero = one - 1.0
     number = types.UInt32(zero)
     state: dict[str, Any] = {"s": zero, "T": one, "A": [zero + 0.0 for _ in range(data.materials)]}
+    if data.grid.grid.weighs_transmittance:
+        state["root"] = one + 0.0  # T^(1/4), which costs less to carry than to take
     if counts:
         state |= {"samples": number + 0, "steps": number + 0}
     if data.quadrature == "preintegrated":
@@ -152,7 +155,7 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     steps = word < int(EMPTY)
     step = data.grid.relative_step(word) * data.scale
     if data.grid.grid.weighs_transmittance:
-        step *= dr.rsqrt(dr.sqrt(dr.maximum(seen, 1e-6)))
+        step *= dr.rcp(dr.maximum(now["root"], _LEAST_ROOT))
     step = dr.minimum(dr.clip(step, SHORTEST_STEP, data.grid.longest), rays.length - s)
     leap = data.grid.leap(here, rays.inverse, brick, word)
     after = dict(now)
@@ -168,7 +171,14 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
         source, extinction = data.optics(_means(table, now, x, part, record, integral), here, steps)
         after["x"], after["S"] = x, integral
     width = dr.select(steps, step * rays.world, 0.0)
-    passed, reach = attenuation(extinction * width)
+    depth = extinction * width
+    if data.grid.grid.weighs_transmittance:
+        root = dr.exp(-0.25 * depth)
+        passed = dr.square(dr.square(root))
+        after["root"] = now["root"] * root
+    else:
+        passed = dr.exp(-depth)
+    reach = mean_attenuation(depth, passed)
     gain = seen * width * reach
     after["A"] = [dr.fma(gain, source[k], now["A"][k]) for k in range(data.materials)]
     after["T"] = seen * passed
@@ -179,13 +189,12 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     return after
 
 
-def attenuation(depth: Any) -> tuple[Any, Any]:
-    """(e^-τ, (1 - e^-τ)/τ) of an optical depth; the second by its series where it is small, down to no extinction."""
+def mean_attenuation(depth: Any, passed: Any) -> Any:
+    """(1 - e^-τ)/τ of an optical depth and its e^-τ; by the series where it is small, down to no extinction."""
     import drjit as dr
 
-    passed = dr.exp(-depth)
     series = 1.0 - depth * (0.5 - depth / 6.0)
-    return passed, dr.select(depth > 1e-2, (1.0 - passed) / dr.maximum(depth, 1e-2), series)
+    return dr.select(depth > 1e-2, (1.0 - passed) / dr.maximum(depth, 1e-2), series)
 
 
 def _integrals(table: DeviceTable, part: Any, record: list[Any]) -> list[Any]:

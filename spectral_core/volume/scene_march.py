@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Rays, attenuation, clip_to_box
+from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Rays, clip_to_box, mean_attenuation
 from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
 
 _FAR = 1e30
@@ -87,8 +87,9 @@ def march_scene(
     def turn(t: Any, seen: Any, amounts: list[Any], light: Any, sampler: Any) -> tuple[Any, ...]:
         after, source, extinction = _advance(volumes, parts, t, seen, last)
         width = after - t
-        passed, reach = attenuation(extinction * width)
-        gain = seen * width * reach
+        depth = extinction * width
+        passed = dr.exp(-depth)
+        gain = seen * width * mean_attenuation(depth, passed)
         amounts = [dr.fma(gain, source[k], amounts[k]) for k in range(materials)]
         if gather is not None:
             light, sampler = gather(light, source, gain, 0.5 * (t + after), sampler)

@@ -277,26 +277,3 @@ def test_the_palette_colors_a_volume(blender, ramp):
     assert translated().volumes[0].transfer.wavelengths_nm is not None
     with pytest.raises(RuntimeError, match="the palette has no material named 'nothing'"):
         bpy.ops.spectral.volume_color_from_palette(entry="nothing")
-
-
-def test_f12_shows_the_volume(blender, ramp):
-    """Through the engine: an X-ray of the ramp, brighter where the data are, and nothing beside it."""
-    pytest.importorskip("mitsuba")
-    from blender_addon import jobs
-
-    data = imported(ramp[0], preset="xray", size=2.0).data
-    render = bpy.context.scene.render
-    render.engine = "SPECTRAL"
-    render.resolution_x, render.resolution_y, render.resolution_percentage = 32, 24, 100
-    bpy.context.scene.spectral.render.samples = 4
-    bpy.ops.render.render()
-    record = jobs.records[-1]
-    assert (record.status, record.message) == ("done", "")
-    pixels = record.result.pixels[..., :3]
-    assert np.isfinite(pixels).all()
-    assert pixels[12, 16].min() > 0.05
-    assert pixels[0, 0].max() == 0
-    data.spectral.materials[0].emission *= 2
-    bpy.ops.render.render()
-    twice = jobs.records[-1].result.pixels[..., :3]
-    assert twice.sum() / pixels.sum() == pytest.approx(2.0, rel=0.01)

@@ -52,6 +52,13 @@ def test_latinized_points_have_perfect_projections() -> None:
     assert np.sqrt(qmc.discrepancy(moved)) < 0.8 * np.sqrt(qmc.discrepancy(points))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_rotations_in_few_dimensions_leave_no_large_gap_on_an_axis(seed: int) -> None:
+    for dimensions in (2, 3):
+        points = progressive_fill(unit_cube(dimensions), 256, seed=seed).points
+        assert evenness(points, samples=1024).gap_1d < 5.0
+
+
 def test_measures_of_a_grid_are_known() -> None:
     middles = (np.arange(8) + 0.5) / 8
     grid = np.stack(np.meshgrid(middles, middles), axis=-1).reshape(-1, 2)

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import itertools
+import json
+import pickle
 import tracemalloc
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 from benchmarks._lattice_polytopes import KINDS, random_polytope
 from spectral_core.errors import InvalidInputError, SolveError, SpectralError
 from spectral_core.lattice import (
+    Frame,
     Region,
     ball,
     box,
@@ -23,6 +26,7 @@ from spectral_core.lattice import (
     place_about,
     prefix_separations,
     progressive_fill,
+    progressive_points,
     unit_cube,
 )
 from spectral_core.lattice.anchoring import anchor
@@ -115,6 +119,20 @@ def test_other_regions_reuse_points_bit_for_bit() -> None:
     assert len(here) == larger.region.contains(points.points).sum()
     assert points.points[here].tobytes() == larger.points[there].tobytes()
     assert len(larger) > len(points)
+
+
+def test_a_stored_sweep_is_taken_up_again() -> None:
+    points = progressive_fill(ball(np.zeros(3), 2.0), 200, rate=3, seed=2)
+    stored = json.dumps({"frame": points.frame.to_dict(), "shifts": points.shifts})
+    read = json.loads(stored)
+    again = progressive_points(Frame.from_dict(read["frame"]), points.region, shifts=tuple(read["shifts"]))
+    assert again.points.tobytes() == points.points.tobytes()
+    assert pickle.loads(pickle.dumps(points)).refine().points.tobytes() == again.refine().points.tobytes()
+    assert len(again.shared(points)[0]) == 200
+    with pytest.raises(InvalidInputError, match="different frames"):
+        points.shared(progressive_fill(ball(np.zeros(3), 2.0), 200, rate=3, seed=3))
+    with pytest.raises(InvalidInputError, match="not a description"):
+        Frame.from_dict({"rate": 2})
 
 
 def test_digits_count_cosets_exactly() -> None:

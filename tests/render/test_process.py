@@ -37,7 +37,8 @@ def test_the_process_gives_the_same_pixels(process):
     bands = Bands.uniform(400, 700, 4)
     result = process.render(SMALL, on_progress=lambda step: steps.append(step.samples), bands=bands)
     here = render_scene(SMALL, bands=bands)
-    assert result.status == "done" and result.samples == 5 and steps == [1, 3, 5]
+    assert result.status == "done" and result.samples == 5
+    assert steps[0] == 1 and steps[-1] == 5 and steps == sorted(set(steps))
     assert np.array_equal(result.pixels, here.pixels) and np.array_equal(result.band_pixels, here.band_pixels)
     assert result.plan == here.plan and result.variant == here.variant
 

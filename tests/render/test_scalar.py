@@ -88,10 +88,10 @@ def test_both_renderers_agree(name, spectral):
     assert slow.variant.startswith("scalar") and fast.pixels.shape == slow.pixels.shape
     scale = slow.pixels[..., :3].mean()
     difference = (fast.pixels - slow.pixels)[..., :3]
-    assert abs(difference.mean()) < 0.004 * scale
+    assert abs(difference.mean()) < (0.012 if spectral else 0.005) * scale
     error = _block_error(fast.pixels, slow.pixels)
     # what noise may do, and well under what one pixel to the side does
-    assert error < (0.05 if spectral else 0.03)
+    assert error < (0.06 if spectral else 0.035)
     assert error < 0.7 * min(_block_error(np.roll(fast.pixels, 1, axis), slow.pixels) for axis in (0, 1))
     if spectral:
         np.testing.assert_allclose(

@@ -30,6 +30,25 @@ def fixture_values(dtype: str) -> np.ndarray:
     return values.astype(dtype) if np.dtype(dtype).itemsize > 1 else (values % 251).astype(dtype)
 
 
+SHEARED = np.array([[0.5, 0.1, 0.0, 10.0], [0.0, -1.25, 0.2, -20.0], [0.3, 0.0, 2.0, 3.5], [0.0, 0.0, 0.0, 1.0]])
+
+
+IDENTITY = np.eye(3)
+
+
+def world(directions=IDENTITY, origin=ORIGIN, spacing=SPACING):
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = directions * spacing, origin
+    return matrix
+
+
+def check(volume, values, to_world):
+    assert volume.data.dtype == values.dtype
+    assert volume.data.dtype.isnative
+    assert np.array_equal(volume.data, values)
+    assert np.allclose(volume.to_world, to_world, rtol=1e-7, atol=1e-12)
+
+
 def _vtk_image(values: np.ndarray, *, directed: bool, cells: bool = False):  # type: ignore[no-untyped-def]
     import vtk
     from vtk.util.numpy_support import numpy_to_vtk

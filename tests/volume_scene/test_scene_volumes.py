@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 pytest.importorskip("mitsuba")
 
 from spectral_core import datasets
+from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_effects, render_scene
 from spectral_core.scene import (
     Camera,
@@ -124,7 +127,7 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     glow = Material("glow", [0.0, 2.0], [0.1, 0.1], np.array([0.2, 0.2, 0.9]), lit=False)
     paint = Material("paint", [0.0, 2.0], [DEPTH] * 2, COLOR)
     both = slab(TransferFunction((paint, glow)), "scene")
-    film = Film(8, 6, samples=64, filter_kind="box", filter_width=1.0)
+    film = Film(8, 6, samples=256, filter_kind="box", filter_width=1.0)
     result = render_scene(scene(both, lights=lamps, film=film), groups=True)
     shares = result.group_pixels
     total = sum(share[..., :3] for share in shares.values())
@@ -136,7 +139,7 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     one, two = mean_rgb(shares["one"]), mean_rgb(shares["two"])
     single = min(one - own, two, key=lambda rgb: rgb[0])
     double = max(one - own, two, key=lambda rgb: rgb[0])
-    assert double / single == pytest.approx([2.0] * 3, rel=0.05)
+    assert double / single == pytest.approx([2.0] * 3, rel=0.1)  # each step asks one lamp, drawn at random
 
 
 def test_a_volume_switched_off_in_the_plan_is_not_there():
@@ -163,3 +166,17 @@ def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
     matrix = linear_rgb_from_product(lamp, grid)
     expected = (matrix @ orange) / (matrix @ np.ones(grid.size))
     assert (shown[0] / shown[1])[:2] == pytest.approx(expected[:2], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"quality": 5.0}, "quality is 5.0 dB"),
+        ({"rule": "best"}, "no step rule is named 'best'"),
+        ({"options": {"light": "even"}}, "no option of volume 'slab' is named 'light'; did you mean 'lighting'"),
+        ({"options": {"lighting": "evn"}}, "no volume lighting is named 'evn'; did you mean 'even'"),
+    ],
+)
+def test_odd_settings_are_named(change, message):
+    with pytest.raises(InvalidInputError, match=message):
+        render_scene(scene(replace(slab(constant()), **change)))

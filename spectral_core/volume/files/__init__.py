@@ -13,7 +13,7 @@ vtk      .vtk                            structured points, ASCII and binary (ow
 vti      .vti                            image data, every encoding and compressor but LZ4 without lz4 (own reader)
 numpy    .npy .npz                       axis 0 is x; in .npz ``spacing``, ``origin`` or ``to_world`` beside the data
 tiff     .tif .tiff, a folder of them    ImageJ and OME metadata (read by tifffile)
-openvdb  .vdb                            the grid's transform (read by Blender's or pip's openvdb)
+openvdb  .vdb                            the grid's transform (Blender's openvdb, or own code)
 ======== =============================== =========================================================================
 
 VTK's image data are two small, stable formats, and the ``vtk`` package weighs over 100 MB: hence own readers for them.

@@ -97,7 +97,7 @@ def find_openvdb() -> ModuleType | None:
             except ImportError:  # a wheel for another Python or a missing shared library: look further
                 continue
     package = importlib.util.find_spec("bpy")
-    if package is None or package.origin is None:
+    if package is None or package.origin is None or not Path(package.origin).is_file():  # Blender's own is "built-in"
         return None
     for library in sorted(Path(package.origin).parent.glob("*/python/lib/**/site-packages/*openvdb*")):
         if library.suffix in (".so", ".pyd"):

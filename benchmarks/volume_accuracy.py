@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Accuracy against time: samples and processor time of every rule on every volume at 40, 50 and 60 dB, as a table.
+
+Steps come from pilot rays; the SNR is measured on the whole picture against a fine reference, and samples and time
+are carried to the wanted SNR by 40 dB per decade of step (they are within 1 dB of it as a rule). Writes the table
+as Markdown, too. Arguments: names of volumes, then of a function preset.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from benchmarks import Options
+from benchmarks._volumes import all_volumes, colors_of, reference
+from spectral_core.volume.plan import plan, snr_db
+from spectral_core.volume.presets import PRESETS, preset
+from spectral_core.volume.renderer import VolumeRenderer
+from spectral_core.volume.view import View
+
+WAYS = (("uniform", "midpoint"), ("thesis", "midpoint"), ("error", "midpoint"), ("error", "preintegrated"), ("auto", "auto"))  # fmt: skip  # noqa: E501
+
+
+def run(options: Options) -> dict[str, Any]:
+    functions = [word for word in options.extra if word in PRESETS] or ["wide"]
+    names = [word for word in options.extra if word not in PRESETS]
+    targets = (40.0,) if options.quick else (40.0, 50.0, 60.0)
+    size = 64 if options.quick else 256
+    lines = [
+        "| volume | function | dB | " + " | ".join(f"{r} {q}" for r, q in WAYS) + " |",
+        "|--" * (len(WAYS) + 3) + "|",
+    ]
+    figures: dict[str, Any] = {}
+    for volume in all_volumes(options.quick, names):
+        renderer = VolumeRenderer(volume)
+        view = View.around(volume, 33.0, 21.0, width=size, height=size)
+        for function in functions:
+            transfer = preset(function, volume)
+            exact = reference(renderer, view, transfer)
+            for target in targets:
+                cells = [row(renderer, view, transfer, exact, target, way) for way in WAYS]
+                text = " | ".join(f"{s / 1e6:.2f} M, {1e3 * t:.0f} ms" for s, t in cells)
+                lines.append(f"| {volume.name} | {function} | {target:.0f} | {text} |")
+                print(lines[-1], flush=True)
+                for (rule, quadrature), (samples, seconds) in zip(WAYS, cells, strict=True):
+                    figures[f"{volume.name} {function} {target:.0f} {rule} {quadrature}"] = [samples, 1e3 * seconds]
+    (options.out / "accuracy.md").write_text("\n".join(lines) + "\n", "utf-8")
+    return figures
+
+
+def row(
+    renderer: VolumeRenderer, view: View, transfer: Any, exact: np.ndarray, target: float, way: tuple[str, str]
+) -> tuple[float, float]:
+    """(samples, processor seconds) at ``target`` dB."""
+    made = plan(renderer, view, transfer, target, rule=way[0], quadrature=way[1])  # type: ignore[arg-type]
+    image = renderer.render(view, transfer, made.stepping, counts=True)
+    reached = snr_db(exact, colors_of(image, transfer) - exact)
+    seconds = np.inf
+    for _ in range(6):
+        start = time.process_time()
+        renderer.render(view, transfer, made.stepping)
+        seconds = min(seconds, time.process_time() - start)
+    carried = 10.0 ** ((target - reached) / 40.0)
+    return (image.samples or 0) * carried, seconds * carried

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``blender --command spectral …``: the command line with the Blender that an artist has, nothing else installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+_handle: Any = None
+
+
+def _execute(arguments: list[str]) -> int:
+    from .commands import main
+
+    return main(arguments)
+
+
+def register() -> None:
+    """Make the command known to Blender."""
+    import bpy
+
+    global _handle
+    _handle = bpy.utils.register_cli_command("spectral", _execute)
+
+
+def unregister() -> None:
+    """Take the command away."""
+    import bpy
+
+    bpy.utils.unregister_cli_command(_handle)

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which reader a file belongs to, writing, and what is refused."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files import detect_format, known_formats, read_volume, write_volume
+from tests.volume_files.volume_fixtures import (
+    DATA,
+    DIRECTIONS,
+    check,
+    fixture_values,
+    world,
+)
+
+# Choosing the reader, and writing
+
+
+def test_bytes_decide_before_the_name(tmp_path):
+    (tmp_path / "renamed.raw").write_bytes((DATA / "itk.nrrd").read_bytes())
+    (tmp_path / "noending").write_bytes((DATA / "points_binary.vtk").read_bytes())
+    assert detect_format(tmp_path / "renamed.raw").name == "nrrd"
+    assert detect_format(tmp_path / "noending").name == "vtk"
+    check(read_volume(tmp_path / "renamed.raw"), fixture_values("int16"), world(DIRECTIONS))
+
+
+def test_unknown_and_misnamed_files(tmp_path):
+    (tmp_path / "a.nrrd").write_bytes(b"\x89PNG\r\n")
+    (tmp_path / "b.xyz").write_bytes(b"hello")
+    (tmp_path / "c.vdb").write_bytes(b"")
+    with pytest.raises(FileFormatError, match=r"is named as NRRD but does not begin as one does, but with b'\\x89PNG"):
+        read_volume(tmp_path / "a.nrrd")
+    with pytest.raises(FileFormatError, match=r"no volume format known here; expected one of .*\.nrrd"):
+        read_volume(tmp_path / "b.xyz")
+    with pytest.raises(FileFormatError, match="is named as OpenVDB but is empty"):
+        read_volume(tmp_path / "c.vdb")
+    with pytest.raises(InvalidInputError, match="cannot be opened: No such file"):
+        read_volume(tmp_path / "missing.nrrd")
+    with pytest.raises(FileFormatError, match=r"holds no \.tif"):
+        read_volume(tmp_path)
+
+
+def test_other_vtk_datasets_are_refused(tmp_path):
+    text = (DATA / "points_ascii.vtk").read_text()
+    (tmp_path / "a.vtk").write_text(text.replace("STRUCTURED_POINTS", "POLYDATA"))
+    with pytest.raises(FileFormatError, match="holds a POLYDATA dataset; expected STRUCTURED_POINTS"):
+        read_volume(tmp_path / "a.vtk")
+    text = (DATA / "image_ascii.vti").read_text()
+    (tmp_path / "a.vti").write_text(text.replace('type="ImageData"', 'type="PolyData"'))
+    with pytest.raises(FileFormatError, match="holds PolyData; expected ImageData"):
+        read_volume(tmp_path / "a.vti")
+
+
+def test_bad_voxels_are_named_with_the_file(tmp_path):
+    values = fixture_values("float32")
+    values[1, 2, 3] = np.inf
+    np.save(tmp_path / "inf.npy", values)
+    with pytest.raises(FileFormatError, match=r"inf.npy: volume 'inf' holds 1 value\(s\).*inf at index \(1, 2, 3\)"):
+        read_volume(tmp_path / "inf.npy")
+
+
+def test_write_refuses_other_endings_and_missing_folders(tmp_path):
+    volume = ScalarVolume("v", np.ones((2, 2, 2)))
+    with pytest.raises(InvalidInputError, match=r"expected an ending \.nrrd or \.vdb"):
+        write_volume(volume, tmp_path / "a.tif")
+    with pytest.raises(InvalidInputError, match="does not exist; create it"):
+        write_volume(volume, tmp_path / "no" / "a.nrrd")
+
+
+@pytest.mark.parametrize(("module", "path"), [("nrrd", "itk.nrrd"), ("lz4", "image_appended_raw_lz4.vti")])
+def test_absent_libraries_say_how_to_get_them(monkeypatch, module, path):
+    monkeypatch.setitem(__import__("sys").modules, module, None)
+    with pytest.raises(MissingDependencyError, match="pip install"):
+        read_volume(DATA / path)
+
+
+def test_every_format_has_a_reader():
+    import importlib
+
+    for entry in known_formats():
+        assert callable(importlib.import_module(f"spectral_core.volume.files.{entry.name}_format").read)
+        assert (
+            hasattr(importlib.import_module(f"spectral_core.volume.files.{entry.name}_format"), "write") == entry.writes
+        )
+
+
+def shared_volumes() -> Path:
+    return Path(os.environ.get("SPECTRAL_SHARED_DATA", Path(__file__).parents[3] / "shared" / "data")) / "volumes"
+
+
+@pytest.mark.skipif(not shared_volumes().is_dir(), reason="the real volumes are not here")
+def test_real_volumes():
+    head = read_volume(shared_volumes() / "headsq.nrrd")
+    assert (head.shape, head.data.dtype) == ((64, 64, 93), np.uint16)
+    assert head.voxel_size == pytest.approx([3.2, 3.2, 1.5])
+    assert read_volume(shared_volumes() / "hipip.nrrd").shape == (68, 68, 68)

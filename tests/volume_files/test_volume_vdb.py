@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""OpenVDB through its own module and through our code, each judged by the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files import read_volume, write_volume
+from tests.volume_files.volume_fixtures import (
+    SHEARED,
+    check,
+    fixture_values,
+)
+
+# OpenVDB
+
+
+@pytest.fixture
+def openvdb():
+    from spectral_core.volume.files.openvdb_format import find_openvdb
+
+    module = find_openvdb()
+    if module is None:
+        pytest.skip("no OpenVDB module here")
+    return module
+
+
+@pytest.fixture(params=["module", "own code"])
+def vdb_code(request, monkeypatch):
+    """OpenVDB's module, and what stands in where it is missing."""
+    from spectral_core.volume.files import openvdb_format
+
+    if request.param == "own code":
+        monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
+    elif openvdb_format.find_openvdb() is None:
+        pytest.skip("no OpenVDB module here")
+
+
+@pytest.mark.parametrize("dtype", ["int8", "uint8", "int16", "uint16", "int32", "float16", "float32", "float64"])
+def test_written_volumes_come_back_whole(tmp_path, dtype, vdb_code):
+    values = fixture_values(dtype)
+    values[:2] = 0  # a slab of background must not shrink the box
+    volume = ScalarVolume("engine block", values, SHEARED)
+    for ending in ("vdb", "nrrd"):
+        if (ending, dtype) == ("nrrd", "float16"):
+            continue
+        back = read_volume(write_volume(volume, tmp_path / f"a.{ending}"))
+        check(back, values, SHEARED)
+        assert back.name == "engine block"
+    assert sorted(p.name for p in tmp_path.iterdir() if p.name.startswith(".")) == []
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 5), (17, 9, 33), (140, 20, 9), (4200, 3, 3)])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_own_files_are_read_by_openvdb(tmp_path, openvdb, shape, dtype):
+    """OpenVDB itself as the oracle of the writer, across leaves, nodes and roots, and of the reader."""
+    from spectral_core.volume.files.vdb_read import read_grid
+    from spectral_core.volume.files.vdb_write import write_grid
+
+    values = np.random.default_rng(3).random(shape).astype(dtype)
+    values[: shape[0] // 2] = 0
+    values[-1, 0, 0] = 5
+    write_grid(tmp_path / "a.vdb", values, SHEARED, "density", {"note": "größer"})
+    grid = openvdb.read(str(tmp_path / "a.vdb"), "density")
+    back = np.zeros(shape, dtype)
+    grid.copyToArray(back)
+    assert np.array_equal(back, values)
+    assert grid.metadata["note"] == "größer"
+    corner = np.array(grid.transform.indexToWorld((0, 0, 0)))
+    columns = [np.array(grid.transform.indexToWorld(step)) - corner for step in np.eye(3, dtype=int).tolist()]
+    assert np.allclose(np.array(columns).T, SHEARED[:3, :3])
+    own = read_grid(tmp_path / "a.vdb", "density")
+    filled = np.empty(shape, dtype)
+    own.fill(filled, (0, 0, 0))
+    assert np.array_equal(filled, values)
+    assert own.active_box() == grid.evalActiveVoxelBoundingBox()
+    assert own.active.sum() == grid.activeVoxelCount()
+
+
+@pytest.mark.parametrize("mark", [0, 1, 2, 3, 4, 5])
+def test_masked_values_and_tiles_are_read_as_openvdb_reads_them(tmp_path, openvdb, monkeypatch, mark):
+    """Every way of leaving out inactive values, and regions of one value: files bent in the writer."""
+    import struct
+    import zlib
+
+    from spectral_core.volume.files import vdb_write
+    from spectral_core.volume.files.vdb_read import read_grid
+
+    def packed(values):
+        if len(values) != 512:  # a node: place 5 becomes a tile of value 7, inactive
+            values = values.copy()
+            values[5] = 7.0
+            return struct.pack("<b", 6) + zipped(values)
+        others = {2: [0.25], 4: [0.25], 5: [0.25, 0.5]}.get(mark, [])
+        chosen = np.packbits(np.arange(512) % 3 == 0, bitorder="little").tobytes() if mark in (3, 4, 5) else b""
+        return struct.pack("<b", mark) + np.array(others, "<f4").tobytes() + chosen + zipped(values[values != 0])
+
+    def zipped(values):
+        data = zlib.compress(values.astype("<f4").tobytes())
+        return struct.pack("<q", len(data)) + data
+
+    monkeypatch.setattr(vdb_write, "_packed", packed)
+    monkeypatch.setattr(vdb_write, "ZIP", 3)  # zipped, with inactive values left out
+    values = np.random.default_rng(4).random((20, 9, 8)).astype(np.float32)
+    values[values < 0.4] = 0
+    vdb_write.write_grid(tmp_path / "m.vdb", values, np.eye(4), "density", {})
+    grid = openvdb.read(str(tmp_path / "m.vdb"), "density")
+    expected, filled = np.zeros((2, 24, 16, 700), np.float32)
+    grid.copyToArray(expected, ijk=(0, 0, 0))
+    own = read_grid(tmp_path / "m.vdb", "density")
+    own.fill(filled, (0, 0, 0))
+    assert np.array_equal(filled, expected)
+    assert (expected == 7.0).any()
+    assert own.active.sum() == grid.activeVoxelCount()
+
+
+def test_blosc_without_openvdb_says_what_to_do(tmp_path, openvdb, monkeypatch):
+    from spectral_core.volume.files import openvdb_format
+
+    path = write_volume(ScalarVolume("v", fixture_values("float32")), tmp_path / "a.vdb")
+    monkeypatch.setattr(openvdb_format, "find_openvdb", lambda: None)
+    with pytest.raises(MissingDependencyError, match="packed with Blosc.*open it in a Blender from blender.org"):
+        read_volume(path)
+
+
+def test_foreign_grids_are_read_in_the_box_of_their_voxels(tmp_path, openvdb):
+    values = fixture_values("float32") + 100
+    grid = openvdb.FloatGrid(0.0)
+    grid.copyFromArray(values, ijk=(-3, 7, 100))
+    grid.name = "temperature"
+    grid.transform = openvdb.createLinearTransform(SHEARED.T.tolist())
+    whole = openvdb.Int64Grid(0)
+    whole.copyFromArray(fixture_values("int64"))
+    whole.name = "count"
+    wind = openvdb.Vec3SGrid((0.0, 0.0, 0.0))
+    wind.copyFromArray(np.stack([values, values + 1, values + 2], axis=-1))
+    wind.name = "wind"
+    openvdb.write(str(tmp_path / "f.vdb"), grids=[grid, whole, wind])
+    expected = SHEARED.copy()
+    expected[:3, 3] += SHEARED[:3, :3] @ (-3, 7, 100)
+    check(read_volume(tmp_path / "f.vdb", field="temperature"), values, expected)
+    check(read_volume(tmp_path / "f.vdb", field="wind", component=2), values + 2, np.eye(4))
+    assert read_volume(tmp_path / "f.vdb", field="count").data.dtype == np.int64
+    with pytest.raises(InvalidInputError, match=r"f.vdb holds .*temperature.*; say which is the volume with field"):
+        read_volume(tmp_path / "f.vdb")
+
+
+def test_empty_frustum_and_huge_grids_are_refused(tmp_path, openvdb):
+    empty = openvdb.FloatGrid(0.0)
+    empty.name = "density"
+    openvdb.write(str(tmp_path / "e.vdb"), grids=[empty])
+    with pytest.raises(FileFormatError, match="no active voxel"):
+        read_volume(tmp_path / "e.vdb")
+    empty.fill((0, 0, 0), (0, 0, 0), 1.0)
+    empty.fill((9999, 9999, 9999), (9999, 9999, 9999), 1.0)
+    openvdb.write(str(tmp_path / "h.vdb"), grids=[empty])
+    with pytest.raises(FileFormatError, match="spans 10000×10000×10000 voxels"):
+        read_volume(tmp_path / "h.vdb")
+    frustum = openvdb.FloatGrid(0.0)
+    frustum.fill((0, 0, 0), (2, 2, 2), 1.0)
+    frustum.transform = openvdb.createFrustumTransform((0, 0, 0), (10, 10, 10), 0.5, 10.0)
+    frustum.name = "density"
+    openvdb.write(str(tmp_path / "p.vdb"), grids=[frustum])
+    with pytest.raises(FileFormatError, match="frustum transform"):
+        read_volume(tmp_path / "p.vdb")
+
+
+def test_integers_beyond_double_are_refused_by_vdb(tmp_path, openvdb):
+    values = np.full((2, 2, 2), (1 << 53) + 1, np.int64)
+    with pytest.raises(InvalidInputError, match="no float grid of OpenVDB holds exactly"):
+        write_volume(ScalarVolume("big", values), tmp_path / "a.vdb")
+    assert list(tmp_path.iterdir()) == []
