@@ -52,14 +52,18 @@ def coverage_scene(scene: Scene, material_name: str) -> Scene:
     )
 
 
-def mark_contrast(picture: ArrayLike, coverage: ArrayLike, *, reach_pixels: int = 12, stride: int = 4) -> MarkContrast:
+def mark_contrast(
+    picture: ArrayLike, coverage: ArrayLike, *, reach_pixels: int | None = None, stride: int = 4
+) -> MarkContrast:
     """The step in color from ground to mark, in square windows all along the mark's edge.
 
     ``picture``, ``coverage``: (height, width, 3 or more), linear sRGB; coverage as ``coverage_scene`` renders it. In
-    each window the pixels are fitted by a plane (the shading of a round vase) plus a step where the mark is; ΔE2000 is
-    between the plane's color at the window's center and that color plus the step.
+    each window the pixels are fitted by a quadratic (the shading of a round vase) plus a step where the mark is; ΔE2000
+    is between the quadratic's color at the window's center and that color plus the step.
     """
     pixels, covered = np.asarray(picture, dtype=np.float64)[..., :3], np.asarray(coverage, dtype=np.float64)
+    if reach_pixels is None:
+        reach_pixels = max(4, pixels.shape[1] // 45)  # 41 pixels across in the picture of the demo
     if pixels.shape[:2] != covered.shape[:2]:
         raise InvalidInputError(f"picture is {pixels.shape[:2]}, its coverage {covered.shape[:2]}; render both alike")
     mark, ground = covered[..., 0] > 0.98, covered[..., 1] > 0.98
@@ -89,6 +93,7 @@ def _step(pixels: Array, mark: NDArray[np.bool_], ground: NDArray[np.bool_]) -> 
     reach = mark.shape[0] // 2
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1] / reach
     known = mark | ground
-    rows = np.stack([np.ones(known.sum()), x[known], y[known], mark[known].astype(float)], axis=1)
+    shading = [np.ones_like(x), x, y, x * x, x * y, y * y]
+    rows = np.stack([*(term[known] for term in shading), mark[known].astype(float)], axis=1)
     fitted = np.linalg.lstsq(rows, pixels[known], rcond=None)[0]
-    return fitted[0], fitted[3]
+    return fitted[0], fitted[-1]
