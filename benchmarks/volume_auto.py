@@ -59,13 +59,18 @@ def compare(renderer: VolumeRenderer, view: View, function: str, targets: tuple[
 def interleaved(
     renderer: VolumeRenderer, view: View, transfer: Any, ways: list[Stepping], rounds: int = 5
 ) -> list[float]:
-    """Least processor seconds of each way, taken in turns: the machine may be busy, the ratio holds."""
+    """Least processor seconds of each way, taken in turns on one core: the machine may be busy, the ratio holds."""
+    import drjit as dr
+
+    threads = dr.thread_count()
+    dr.set_thread_count(1)  # idle threads of a pool would count as busy
     best = [np.inf] * len(ways)
     for _ in range(rounds + 1):  # the first compiles
         for i, way in enumerate(ways):
             start = time.process_time()
             renderer.render(view, transfer, way)
             best[i] = min(best[i], time.process_time() - start)
+    dr.set_thread_count(threads)
     return best
 
 

@@ -62,6 +62,9 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         except RenderCancelled as stopped:
             self._write_nothing(layer)
             jobs.record(jobs.RenderRecord(frame, layer, "cancelled", str(stopped)))
+        except KeyboardInterrupt:
+            self._write_nothing(layer)
+            jobs.record(jobs.RenderRecord(frame, layer, "cancelled", "stopped from the keyboard"))
         except SpectralError as error:
             self._fail(frame, layer, str(error))
         except Exception as error:

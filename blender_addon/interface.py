@@ -4,21 +4,46 @@
 from __future__ import annotations
 
 from .drawing import icons, overlay
-from .operators import palette_files, palette_scene, render_plan, volume_files
+from .drawing import light_dial as drawn_dial
+from .operators import light_dial as dial_operators
+from .operators import (
+    light_dial_apply,
+    light_dial_drag,
+    light_dial_record,
+    palette_files,
+    palette_scene,
+    render_plan,
+    volume_files,
+)
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
 from .operators import spectrum as spectrum_operators
 from .operators import volume as volume_operators
+from .panels import light_dial as dial_panels
 from .panels import palette as palette_panels
 from .panels import render as render_panels
 from .panels import spectrum as spectrum_panels
 from .panels import volume as volume_panels
-from .properties import live, palette, palette_cell, palette_solve, render, scene, spectrum, volume
+from .properties import (
+    light_dial,
+    light_dial_live,
+    live,
+    palette,
+    palette_cell,
+    palette_solve,
+    render,
+    scene,
+    spectrum,
+    volume,
+)
 
-PROPERTIES = (spectrum, palette_cell, palette, render, scene, live, palette_solve, volume)
+PROPERTIES = (
+    spectrum, palette_cell, palette, render, light_dial, scene, live, palette_solve, volume, light_dial_live,
+)  # fmt: skip
 OPERATORS = (
     table_operators, solve_operators, spectrum_operators, palette_files, palette_scene, render_plan,
-    volume_operators, volume_files,
+    volume_operators, volume_files, dial_operators, light_dial_record, light_dial_apply,
+    light_dial_drag,
 )  # fmt: skip
-PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, overlay)
+PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, dial_panels, overlay, drawn_dial)
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

@@ -17,6 +17,8 @@ from spectral_core.checks import frozen_array
 from spectral_core.errors import GridMismatchError, InvalidInputError
 
 Interpolation = Literal["linear", "sampled"]
+MOST_KNOTS = 1_000_000
+"""More than any instrument resolves; a larger grid is a slip of the unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +55,11 @@ class SpectralGrid:
     ) -> Self:
         """Grid of equal steps; ``stop_nm`` is its last knot and must lie a whole number of steps past ``start_nm``."""
         steps = (stop_nm - start_nm) / step_nm if step_nm > 0 else -1.0
+        if not steps < MOST_KNOTS:  # also catches NaN and Inf
+            raise InvalidInputError(
+                f"a grid from {start_nm:g} to {stop_nm:g} nm in steps of {step_nm:g} nm has {steps:g} steps; "
+                f"expected under {MOST_KNOTS:,}"
+            )
         if steps < 1 or abs(steps - round(steps)) > 1e-9 * max(1.0, steps):
             raise InvalidInputError(
                 f"a uniform grid from {start_nm:g} to {stop_nm:g} nm has no whole number of steps of {step_nm:g} nm; "
@@ -132,9 +139,17 @@ class Spectrum:
         """
         if not average:
             return self._replaced(grid, self.at(grid.wavelengths_nm))
-        half = grid.cell_widths_nm / 2
-        offsets = np.linspace(-1, 1, 41)
-        return self._replaced(grid, self.at(grid.wavelengths_nm[:, None] + half[:, None] * offsets).mean(axis=1))
+        return self._replaced(grid, self._cell_means(grid))
+
+    def _cell_means(self, grid: SpectralGrid) -> NDArray[np.float64]:
+        """Mean over the cell of each knot of ``grid``, exact for what is linear between this spectrum's knots."""
+        knots, half = self.grid.wavelengths_nm, grid.cell_widths_nm / 2
+        low, high = grid.wavelengths_nm - half, grid.wavelengths_nm + half
+        places = np.union1d(knots, np.clip(np.concatenate([low, high]), knots[0], knots[-1]))
+        values = np.interp(places, knots, self.values)
+        area = np.concatenate([[0.0], np.cumsum(np.diff(places) * (values[1:] + values[:-1]) / 2)])
+        means = np.interp(high, places, area) - np.interp(low, places, area)
+        return np.asarray(means / (2 * half))
 
     def scaled(self, factor: float) -> Self:
         """The same spectrum times ``factor``."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from spectral_core.errors import InvalidInputError
 
 from . import _blend
+from .plan import translated_scene
 
 KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
 
@@ -41,7 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"{out.name} does not end in .exr, which a transport file is")
     start = time.perf_counter()
     with _blend.chatter_to_stderr():
-        scene = _translated(arguments)
+        _blend.open_scene(arguments)
+        scene = translated_scene(arguments)
     storage = _storage(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
     names = {light.group for light in grouped.lights} | ({grouped.world.group} if not grouped.world.is_black else set())
@@ -61,16 +63,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(report))
     return 0
-
-
-def _translated(arguments: argparse.Namespace):
-    scene = _blend.open_scene(arguments)
-    import bpy
-
-    from ..translate.scene import translate_scene
-
-    scene.view_layers[0].update()
-    return _blend.with_variant(translate_scene(bpy.context.evaluated_depsgraph_get()), arguments.variant)
 
 
 def _storage(kind: str):

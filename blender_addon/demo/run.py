@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spectral_core.render.spectral_exr import write_spectral_exr
-
 from spectral_core import datasets
 from spectral_core.errors import MissingDependencyError, RenderError
 from spectral_core.palette import PaletteSolution, solve_palette
@@ -18,6 +16,7 @@ from spectral_core.palette.files import write_palette
 from spectral_core.palette.files.swatches import swatches_of, write_swatches
 from spectral_core.palette.presets import hidden_mark
 from spectral_core.render import Bands, RenderProcess, RenderResult
+from spectral_core.render.spectral_exr import write_spectral_exr
 from spectral_core.scene import Scene
 from spectral_core.spectra_files import write_spectra
 
@@ -40,7 +39,7 @@ class DemoLight:
     exposure: float
 
 
-LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sodium lamp", 0.5))
+LIGHTS = (DemoLight("D65", "daylight", 1.0), DemoLight("HP1", "high-pressure sodium lamp", 0.6))
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ VASE_PROFILE = [  # (radius, height) in meters, from the foot to the lip
     (0.058, 0.000), (0.062, 0.006), (0.088, 0.050), (0.116, 0.110), (0.124, 0.165), (0.112, 0.220),
     (0.078, 0.268), (0.046, 0.298), (0.036, 0.322), (0.040, 0.345), (0.050, 0.356),
 ]  # fmt: skip
-KEY_POWER_W, WORLD_STRENGTH = 50.0, 0.16
+KEY_POWER_W, WORLD_STRENGTH = 68.0, 0.2
 """Of the window, and of the room around it, for a picture in daylight."""
 
 BOWL_PROFILE = [(0.045, 0.0), (0.050, 0.004), (0.085, 0.020), (0.115, 0.048), (0.128, 0.078), (0.130, 0.082)]
@@ -235,11 +235,11 @@ def _light(bpy: Any) -> None:
 
 def _camera(bpy: Any) -> None:
     data = bpy.data.cameras.new("Camera")
-    data.lens = 58.0
+    data.lens = 54.0
     data.dof.use_dof, data.dof.focus_distance, data.dof.aperture_fstop = True, 1.36, 5.6
     camera = bpy.data.objects.new("Camera", data)
     camera.location = (-0.02, -1.42, 0.42)
-    _look_at(camera, (-0.035, 0.0, 0.278))
+    _look_at(camera, (-0.03, 0.0, 0.292))
     bpy.context.scene.collection.objects.link(camera)
     bpy.context.scene.camera = camera
 

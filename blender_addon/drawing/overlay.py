@@ -65,25 +65,26 @@ def line_color(number: int) -> tuple[float, float, float, float]:
 def _draw_plot(plot: Plot, curves, active: int, scale: float) -> None:
     import blf
 
-    _draw_triangles(plot.corners(), BACKGROUND)
+    draw_triangles(plot.corners(), BACKGROUND)
     blf.size(FONT, 11 * scale)
     for mark, ends in plot.ticks():
-        _draw_line(ends, TICK, 1.0)
-        _write(f"{mark} nm", ends[0, 0] + 3 * scale, plot.y + 4 * scale, TEXT)
+        draw_line(ends, TICK, 1.0)
+        write(f"{mark} nm", ends[0, 0] + 3 * scale, plot.y + 4 * scale, TEXT)
     order = sorted(range(len(curves)), key=lambda number: number == active)  # the selected one on top
     for number in order:
         _, wavelengths, values = curves[number]
         if wavelengths.size:
-            _draw_line(plot.line(wavelengths, values), line_color(number), (3.0 if number == active else 1.4) * scale)
+            draw_line(plot.line(wavelengths, values), line_color(number), (3.0 if number == active else 1.4) * scale)
     x = plot.x
     for number, (name, _, _) in enumerate(curves):
-        _write(name, x, plot.y + plot.height + 6 * scale, line_color(number))
+        write(name, x, plot.y + plot.height + 6 * scale, line_color(number))
         x += blf.dimensions(FONT, name)[0] + 12 * scale
         if x > plot.x + plot.width:
             break
 
 
-def _write(text: str, x: float, y: float, color) -> None:
+def write(text: str, x: float, y: float, color) -> None:
+    """Text with its lower left corner at a pixel, in the size that ``blf`` has now."""
     import blf
 
     blf.color(FONT, *color)
@@ -91,7 +92,8 @@ def _write(text: str, x: float, y: float, color) -> None:
     blf.draw(FONT, text)
 
 
-def _draw_triangles(points, color) -> None:
+def draw_triangles(points, color) -> None:
+    """Triangles (3n, 2) in pixels, of one color."""
     import gpu
     from gpu_extras.batch import batch_for_shader
 
@@ -101,7 +103,8 @@ def _draw_triangles(points, color) -> None:
     batch_for_shader(shader, "TRIS", {"pos": points.astype(np.float32)}).draw(shader)
 
 
-def _draw_line(points, color, width: float) -> None:
+def draw_line(points, color, width: float) -> None:
+    """Line through points (n, 2) in pixels."""
     import gpu
     from gpu_extras.batch import batch_for_shader
 

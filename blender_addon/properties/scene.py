@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral``: the palette and the render settings of a scene."""
+"""``scene.spectral``: the palette, the render settings and the light dial of a scene."""
 
 import bpy
 from bpy.props import PointerProperty
 
+from .light_dial import SpectralLightDial
 from .palette import SpectralPalette
 from .render import SpectralRender
 
@@ -13,6 +14,7 @@ class SpectralScene(bpy.types.PropertyGroup):
 
     palette: PointerProperty(type=SpectralPalette)
     render: PointerProperty(type=SpectralRender)
+    dial: PointerProperty(type=SpectralLightDial)
 
 
 def register() -> None:

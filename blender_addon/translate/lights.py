@@ -39,7 +39,7 @@ def translate_light(translation: Translation, name: str, thing: Any, world_from_
         "name": name,
         "world_from_light": rigid(matrix),
         "color": color,
-        "group": thing.lightgroup,
+        "group": thing.original.lightgroup,  # Blender does not tell the evaluated copy of a change
         "camera_visible": thing.visible_camera,
     }
     if lamp.type == "SUN":

@@ -104,7 +104,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
             mesh.name,
             matrix,
             tuple(item.material.name for item in dressed),
-            thing.lightgroup,
+            thing.original.lightgroup,  # Blender does not tell the evaluated copy of a change
         )
     )
 

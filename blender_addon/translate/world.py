@@ -25,7 +25,7 @@ def translate_world(translation: Translation, world: Any) -> World:
     """Surroundings of a ``bpy.types.World``; None is black, as in Blender."""
     if world is None:
         return World()
-    group = getattr(world, "lightgroup", "")
+    group = getattr(world.original, "lightgroup", "")  # Blender does not tell the evaluated copy of a change
     reader = Reader(translation, world.name)
     tree = compat.node_tree(world)
     color: Paint = Color(translation.linear_rgb(world.color))

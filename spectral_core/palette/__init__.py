@@ -12,6 +12,7 @@ from spectral_core.palette.problem import (
     PaletteReflectance,
     SubspaceCriterion,
 )
+from spectral_core.palette.session import LivePalette, PaletteSession
 from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
 from spectral_core.palette.solve import solve_palette
 
@@ -19,9 +20,11 @@ __all__ = [
     "Cell",
     "CellMode",
     "Conflict",
+    "LivePalette",
     "PaletteLight",
     "PaletteProblem",
     "PaletteReflectance",
+    "PaletteSession",
     "PaletteSolution",
     "PaletteStatus",
     "SubspaceCriterion",

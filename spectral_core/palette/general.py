@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.errors import MissingDependencyError, SolveError
 from spectral_core.observer import xyz_from_product
-from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
+from spectral_core.palette.criteria import second_differences
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.spectrum import Spectrum
 
@@ -102,6 +102,3 @@ def reflectances_by_cvxpy(
     if statement.status not in ("optimal", "optimal_inaccurate"):
         raise SolveError(f"cvxpy with {solver} ended as {statement.status}")
     return np.stack([spectrum.value for spectrum in spectra])
-
-
-__all__ = ["REFERENCE_STEP_NM", "cvxpy_module", "reflectances_by_cvxpy", "stated_reflectances"]

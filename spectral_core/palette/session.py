@@ -55,9 +55,10 @@ class LivePalette:
 class PaletteSession:
     """Live editing of one palette.
 
-    Usual palettes (soft cells, spectra on the grid) are kept compiled and take well under a frame per edit; others go
-    through the general engines, from the last state on. ``rounds_per_edit``: alternations after each edit where lights
-    are designed too; ``refine`` does more when there is time.
+    Usual palettes (spectra on the grid, one observer, linear match) are kept compiled and take well under a frame per
+    edit; others go through the general engines, from the last state on. ``rounds_per_edit``: alternations after each
+    edit where lights are designed too; ``refine`` does more when there is time. Lights are brightened to fit
+    (``scale_lights``) once, when the session begins.
     """
 
     def __init__(self, problem: PaletteProblem, *, rounds_per_edit: int = 1) -> None:

@@ -84,6 +84,9 @@ def compiled_wishes(problem: PaletteProblem) -> Wishes:
         notes.append(
             f"smoothness {problem.smoothness:g} was brought to {smoothness * scale:g}, nearer to the cell weights"
         )
+    for i, j in index:
+        if problem.cells[i][j].mode is CellMode.DISTINCT and not problem.reflectances[i].free:
+            notes.append(f"cell {(i, j)} should be distinct, but its reflectance is given, so nothing was done for it")
     targets = [_target(at, problem.cells[at[0]][at[1]], weights) for at in index]
     blacks = tuple(t for t in targets if t is not None and problem.cells[t.cell[0]][t.cell[1]].mode is CellMode.BLACK)
     return Wishes(

@@ -30,10 +30,11 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 PILOT_RAYS = 4096
-_GAIN = 0.95  # auto leaves uniform only for at most this share of its samples, and of its time
-# Time of one turn of the loop, in turns of the uniform midpoint march: measured by `python -m benchmarks volume-speed`.
-_TURN = {("uniform", "midpoint"): 1.0, ("uniform", "preintegrated"): 1.3}
-_ADAPTIVE_TURN = {"midpoint": 1.1, "preintegrated": 1.45}
+# auto leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
+_SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
+# Time of one turn of the loop, in turns of the uniform midpoint march: measured on one core.
+_TURN = {("uniform", "midpoint"): 1.0, ("uniform", "preintegrated"): 1.2}
+_ADAPTIVE_TURN = {"midpoint": 1.15, "preintegrated": 1.4}
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,9 @@ def _choose(trials: tuple[Trial, ...], quality_db: float) -> Trial:
         return ours / uniform if uniform > 0 else 1.0  # no ray meets anything
 
     better = [
-        t for t in trials[1:] if max(share(t, "samples"), share(t, "cost")) <= _GAIN and _reaches(t, base, quality_db)
+        t
+        for t in trials[1:]
+        if share(t, "samples") <= _SAMPLES_GAIN and share(t, "cost") <= _TIME_GAIN and _reaches(t, base, quality_db)
     ]
     return min(better, key=lambda t: share(t, "cost"), default=base)
 

@@ -127,8 +127,8 @@ class VolumeRenderer:
 
             stepping = plan(self, view, transfer).stepping
         start = time.perf_counter()
-        x, y = _pixel_centres(self.types, view.width, view.height)
-        channels = self.trace(view, transfer, stepping, (x, y), counts=counts)
+        x, y, order = _pixel_places(self.types, view.width, view.height)
+        channels = self.trace(view, transfer, stepping, (x, y), counts=counts, order=order)
         seconds = time.perf_counter() - start
         k = len(transfer.materials)
         flat = np.stack(channels[: k + 1], axis=-1).reshape(view.height, view.width, k + 1)
@@ -144,10 +144,12 @@ class VolumeRenderer:
         *,
         counts: bool = False,
         least_transmittance: float = LEAST_TRANSMITTANCE,
+        order: Any = None,
     ) -> list[NDArray[Any]]:
         """March the rays through picture places ``pixels`` (x and y arrays, in pixels).
 
-        Returns one array per material, the transmittance and, with ``counts``, samples and steps per ray.
+        Returns one array per material, the transmittance and, with ``counts``, samples and steps per ray; ray i's
+        at place ``order[i]`` if that is given.
         """
         import drjit as dr
 
@@ -155,6 +157,8 @@ class VolumeRenderer:
         rays = self._rays(view, pixels, data.grid)
         out = march(data, rays, counts=counts)
         channels = [*out.amounts, out.transmittance, *([out.samples, out.steps] if counts else [])]
+        if order is not None:
+            channels = [_scattered(channel, order) for channel in channels]
         dr.eval(channels)
         return [channel.numpy() for channel in channels]
 
@@ -238,13 +242,22 @@ def array_types(backend: str) -> Any:
     return drjit.llvm if backend == "llvm" else drjit.cuda
 
 
-@lru_cache(maxsize=8)
-def _pixel_centres(types: Any, width: int, height: int) -> tuple[Any, Any]:
-    """x and y of all pixel centres, row by row, on the device."""
+def _scattered(channel: Any, order: Any) -> Any:
     import drjit as dr
 
-    index = dr.arange(types.UInt32, width * height)
-    row = index // dr.opaque(types.UInt32, width)
-    x, y = types.Float(index - row * width) + 0.5, types.Float(row) + 0.5
-    dr.eval(x, y)
-    return x, y
+    target = dr.empty(type(channel), dr.width(order))
+    dr.scatter(target, channel, order)
+    return target
+
+
+@lru_cache(maxsize=8)
+def _pixel_places(types: Any, width: int, height: int) -> tuple[Any, Any, Any]:
+    """x and y of all pixel centres and each pixel's number, on the device, in tiles of 4×4.
+
+    Sixteen rays march in step; those of a tile go through the same bricks longer than those of a row, which takes an
+    eighth off the time.
+    """
+    row, column = np.divmod(np.arange(width * height), width)
+    order = np.lexsort((column % 4, row % 4, column // 4, row // 4))
+    x, y = ((part[order] + 0.5).astype(np.float32) for part in (column, row))
+    return types.Float(x), types.Float(y), types.UInt32(order.astype(np.uint32))

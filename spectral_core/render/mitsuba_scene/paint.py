@@ -99,6 +99,8 @@ def upsampled(linear_rgb: ArrayLike) -> Array:
     """Reflectance (471,) at 1 nm of a color in [0, 1]: Mitsuba's own table (Jakob and Hanika 2019, Eq. 6)."""
     import mitsuba
 
+    if mitsuba.variant() is None:  # in a session whose renders run in a process of their own
+        mitsuba.set_variant("scalar_rgb")
     color = mitsuba.ScalarColor3f(np.asarray(linear_rgb))
     coefficients = [float(value) for value in mitsuba.srgb_model_fetch(color)]
     if not np.isfinite(coefficients).all():  # black and white have coefficients at infinity

@@ -52,10 +52,12 @@ class LiveMix:
 
     def set_light(self, group: str, light: Spectrum) -> None:
         """Give a group a new spectrum. Raises InvalidInputError on a ``dial`` transport."""
-        index = self.transport.index_of(group)
+        self._shine(self.transport.index_of(group), unit_luminance(light))
+
+    def _shine(self, index: int, light: Spectrum) -> None:
+        """``light``: 1 in luminance is what the group was recorded with."""
         flat = float(unit_luminance(flat_light()).values[0])
-        matrix = self.transport.storage.rgb_from_channels(unit_luminance(light).scaled(1 / flat))
-        self._set(index, matrix)
+        self._set(index, self.transport.storage.rgb_from_channels(light.scaled(1 / flat)))
 
     def _set(self, index: int, rgb_from_channels: NDArray[np.float64]) -> None:
         channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
@@ -78,7 +80,7 @@ class LiveMix:
                     f"the lights of group {group!r} had different spectra in the scene, which {kind!r} storage does "
                     "not keep; name one spectrum for the group, or record one group per light"
                 )
-            self.set_light(group, light)
+            self._shine(index, light)
 
     def picture(self, weights: ArrayLike) -> Pixels:
         """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call writes over it."""

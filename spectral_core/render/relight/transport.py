@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.session import RenderResult, render_scene
 from spectral_core.scene import (
@@ -37,8 +37,9 @@ Pixels = NDArray[np.float32]
 class Transport:
     """Channels per light group. ``channels``: (groups, channels, height, width) float32, row 0 at the bottom.
 
-    ``coverage``: (height, width). ``lights``: the spectrum that each group had in the scene, with Y = 1, None where
-    its lights differ; ``exposure`` is applied when a picture is made. ``scene_hash``: of the scene it was made from.
+    ``coverage``: (height, width). ``lights``: the spectrum that each group had in the scene, Y = 1 or the luminance of
+    its color, None where its lights differ; ``exposure`` is applied when a picture is made. ``scene_hash``: of the
+    scene it was made from.
     """
 
     storage: Storage
@@ -163,31 +164,35 @@ def _colorless_surface(surface: Surface) -> Surface:
 
 
 def _group_light(scene: Scene, group: str) -> Spectrum | None:
-    """The one spectrum that all lights of a group have, with Y = 1; None where they differ or a mesh glows."""
-    paints = [light.color for light in scene.lights if light.group == group]
+    """The one spectrum that everything of a group shines with, as bright as its color; None where they differ."""
+    paints: list[Any] = [light.color for light in scene.lights if light.group == group]
     if scene.world.group == group and not scene.world.is_black:
-        paints.append(gray(1.0) if scene.world.is_image else scene.world.color)
-    spectra = [unit_luminance(emitted_spectrum(p)) for p in paints if isinstance(p, (Color, Spectrum))]
-    if not spectra or len(spectra) != len(paints) or _glows(scene, group):
+        paints.append(scene.world.color)
+    paints += _glowing_paints(scene, group)
+    paints = [gray(1.0) if isinstance(paint, ImageTexture) else paint for paint in paints]  # filters: see above
+    spectra = [emitted_spectrum(paint) for paint in paints if isinstance(paint, (Color, Spectrum))]
+    if not spectra or len(spectra) != len(paints):
         return None
     first = spectra[0]
     same = all(s.grid.same_as(first.grid) and np.allclose(s.values, first.values) for s in spectra[1:])
     return first if same else None
 
 
-def _glows(scene: Scene, group: str) -> bool:
-    emitting = {material.name for material in scene.materials if _emits(material)}
-    return any(instance.group == group and emitting.intersection(instance.materials) for instance in scene.instances)
+def _glowing_paints(scene: Scene, group: str) -> list[Any]:
+    """What the glowing objects of a group shine with."""
+    worn = {name for instance in scene.instances if instance.group == group for name in instance.materials}
+    return [paint for material in scene.materials if material.name in worn for paint in _emitted(material)]
 
 
-def _emits(material: Material) -> bool:
+def _emitted(material: Material) -> list[Any]:
     pending: Sequence[Surface | None] = [material.surface]
+    found: list[Any] = []
     while pending:
         surface, *pending = pending
         if isinstance(surface, Emission):
-            return True
+            found.append(surface.color)
         if isinstance(surface, Principled) and surface.emission_strength != 0:
-            return True
+            found.append(surface.emission_color)
         if isinstance(surface, (MixSurface, AddSurface)):
             pending = [*pending, surface.first, surface.second]
-    return False
+    return found

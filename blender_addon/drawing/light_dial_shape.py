@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The dial in pixels, without Blender: where things stand, what is under the mouse, where a drag snaps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+MARGIN = 26.0
+LABEL_ROOM = 22.0
+SELECTOR_REACH, BULB_REACH = 8.0, 14.0
+"""Pixels, unscaled, within which a handle is taken. The selector's is smaller: a bulb below it can still be had."""
+DISC = 1.25
+"""Radius of the dial's disc in its own unit; new bulbs stand at 1."""
+SNAP_STEP = 0.25
+SNAP_REACH = 0.12
+CLICK_PIXELS = 4.0
+"""A press that moves less is a click."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What a press takes: the selector, bulb ``index``, or the disc, where the selector then jumps."""
+
+    kind: Literal["selector", "bulb", "disc"]
+    index: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class DialShape:
+    """A dial on screen: middle (x, y) and unit length in pixels, and the interface's scale."""
+
+    x: float
+    y: float
+    unit: float
+    scale: float = 1.0
+
+    @classmethod
+    def in_region(cls, width: float, height: float, *, left: float = 0.0, scale: float = 1.0) -> DialShape:
+        """In the lower left corner of a region, past ``left`` pixels that a toolbar covers."""
+        unit = float(np.clip(0.13 * min(width - left, height), 48 * scale, 110 * scale))
+        reach = DISC * unit + (MARGIN + LABEL_ROOM) * scale
+        return cls(left + reach + 24 * scale, reach, unit, scale)
+
+    def pixels(self, places: ArrayLike) -> Array:
+        """Pixels (..., 2) of places on the dial."""
+        return np.array([self.x, self.y]) + self.unit * np.asarray(places, dtype=np.float64)
+
+    def place(self, pixel: ArrayLike) -> Array:
+        """Place (2,) on the dial of a pixel."""
+        return (np.asarray(pixel, dtype=np.float64) - (self.x, self.y)) / self.unit
+
+    def is_over(self, pixel: ArrayLike) -> bool:
+        """Whether a pixel is on the disc."""
+        return bool(np.hypot(*self.place(pixel)) <= DISC)
+
+    def target(self, pixel: ArrayLike, selector: ArrayLike, bulbs: ArrayLike) -> Target | None:
+        """What is under a pixel, None where nothing of the dial is. Of bulbs on one spot, the first."""
+        at = np.asarray(pixel, dtype=np.float64)
+        if np.hypot(*(self.pixels(selector) - at)) <= SELECTOR_REACH * self.scale:
+            return Target("selector")
+        distances = np.hypot(*(self.pixels(np.reshape(bulbs, (-1, 2))) - at).T)
+        if distances.size and distances.min() <= BULB_REACH * self.scale:
+            return Target("bulb", int(distances.argmin()))
+        return Target("disc") if self.is_over(at) else None
+
+
+def snapped(place: ArrayLike, bulbs: ArrayLike) -> Array:
+    """``place`` at the nearest bulb, middle of two bulbs, or middle of the dial in reach; else on a grid."""
+    at, spots = np.asarray(place, dtype=np.float64), np.reshape(np.asarray(bulbs, dtype=np.float64), (-1, 2))
+    first, second = np.triu_indices(len(spots), 1)
+    offered = np.concatenate([spots, (spots[first] + spots[second]) / 2, np.zeros((1, 2))])
+    distances = np.hypot(*(offered - at).T)
+    nearest = int(distances.argmin())
+    if distances[nearest] <= SNAP_REACH:
+        return np.array(offered[nearest])
+    return np.round(at / SNAP_STEP) * SNAP_STEP
+
+
+def tooltip(names: Sequence[str], shares: ArrayLike, intensity: float) -> list[str]:
+    """Lines that tell what each light does, strongest first; a warning where all are off."""
+    parts = np.asarray(shares, dtype=np.float64)
+    if not parts.size or not parts.any():
+        return ["All bulbs are off: nothing is lit. Click one to switch it on."]
+    order = np.argsort(-parts, kind="stable")
+    return [f"{names[k] or 'ungrouped'}: {100 * parts[k]:.1f} %, × {intensity * parts[k]:.3f}" for k in order]
+
+
+def disc(middle: ArrayLike, radius: float, corners: int = 48) -> Array:
+    """Triangles (3 · corners, 2) of a filled circle."""
+    around = rim(middle, radius, corners)
+    center = np.broadcast_to(np.asarray(middle, dtype=np.float64), (corners, 2))
+    return np.stack([center, around[:-1], around[1:]], axis=1).reshape(-1, 2)
+
+
+def rim(middle: ArrayLike, radius: float, corners: int = 48) -> Array:
+    """Points (corners + 1, 2) of a circle, closed."""
+    angles = 2 * np.pi * np.arange(corners + 1) / corners
+    return np.asarray(middle, dtype=np.float64) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)

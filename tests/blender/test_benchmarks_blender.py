@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The benchmarks behind docs/blender.md run, and what they measure is where it should be."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks import Options
+
+pytest.importorskip("bpy")
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+
+def test_lights_agree_with_cycles(blender):
+    """A gray plane under one light of each formula: within 2 % even at 16 samples; these have little noise."""
+    from benchmarks import render_cycles
+
+    names = ["point", "spot", "sun", "area square", "area disk", "world color"]
+    figures = render_cycles.run(Options(quick=True, extra=names))
+    assert figures["worst_light_difference"] < 0.02, figures["scenes"]
+
+
+def test_cancel_and_kill(blender):
+    from benchmarks import render_control
+
+    figures = render_control.run(Options(quick=True))
+    assert figures["cancel"]["status"] == "cancelled" and figures["cancel"]["message"] == ""
+    assert figures["kill"]["status"] == "failed" and "killed by signal 9" in figures["kill"]["message"]
+
+
+def test_translate_speed_runs(blender):
+    from benchmarks import translate_speed
+
+    figures = translate_speed.run(Options(quick=True))
+    assert figures["flat"]["triangles"] == 20000 and figures["many instances of one cube"]["instances"] == 500

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line's frame: help, exit status, errors as one line, and what still works where something is missing."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from blender_addon.commands import command_names, main
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def without(absent: list[str], *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a command in a Python where some packages cannot be imported."""
+    code = (
+        f"import sys\nfor name in {absent!r}: sys.modules[name] = None\n"
+        f"from blender_addon.commands import main; sys.exit(main({list(arguments)!r}))"
+    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=200)
+
+
+def test_every_command_has_help(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in command_names():
+        with pytest.raises(SystemExit) as ended:
+            main([name, "--help"])
+        assert ended.value.code == 0
+        assert "--json" in capsys.readouterr().out
+    assert {"demo", "design", "render", "plan", "doctor", "relight", "transport", "volume", "lattice"} <= set(
+        command_names()
+    )
+
+
+def test_an_error_is_one_line_and_an_exit_status(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["relight", str(tmp_path / "absent.exr"), "--out", "x.png", "--json"]) == 1
+    printed = capsys.readouterr()
+
+    assert printed.err.startswith("spectral-scene relight: ")
+    assert printed.err.count("\n") == 1
+    assert json.loads(printed.out)["kind"] == "FileFormatError"
+
+
+@pytest.mark.parametrize("absent", ["bpy", "mitsuba"])
+def test_doctor_says_what_is_missing_and_what_to_do(absent: str) -> None:
+    done = without([absent], "doctor", "--json")
+    report = json.loads(done.stdout.splitlines()[-1])
+    (finding,) = [entry for entry in report["findings"] if entry["name"] == absent]
+
+    assert done.returncode == 0
+    assert report["ok"]
+    assert not report["complete"]
+    assert not finding["ok"]
+    assert "pip install 'spectral-scene[" in finding["remedy"]
+
+
+def test_design_works_without_blender_and_renderer(tmp_path: Path) -> None:
+    palette = next((ROOT / "examples").glob("hidden*.toml"))
+    done = without(
+        ["bpy", "mitsuba", "drjit", "colour", "cvxpy"], "design", str(palette), "--out", str(tmp_path), "--json"
+    )
+
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])
+    assert list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("absent", "arguments", "message"),
+    [
+        ("bpy", ("demo",), r"spectral-scene\[blender\]"),
+        ("bpy", ("render", "pyproject.toml"), r"spectral-scene\[blender\]"),
+    ],
+)
+def test_what_needs_the_missing_says_how_to_get_it(absent: str, arguments: tuple[str, ...], message: str) -> None:
+    done = without([absent], *arguments)
+
+    assert done.returncode == 1
+    assert message.replace("\\", "") in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_benchmarks_are_listed_and_unknown_ones_refused() -> None:
+    listed = subprocess.run([sys.executable, "-m", "benchmarks"], capture_output=True, text=True, cwd=ROOT, timeout=60)
+    unknown = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "x"], capture_output=True, text=True, cwd=ROOT, timeout=60
+    )
+
+    assert "palette-speed" in listed.stdout
+    assert all(len(line.split(None, 1)) == 2 for line in listed.stdout.splitlines())
+    assert unknown.returncode == 2
+    assert "no benchmark is named 'x'" in unknown.stderr
