@@ -145,10 +145,14 @@ def recompiled_row(
     hessians, linear = problem.hessians, problem.linear.copy()
     weights = arrays.target_weights[item] + arrays.link_weights[item]
     hessian = (weights @ known.grams).reshape(n, n) + gram
-    hessian[np.diag_indices(n)] += RIDGE * max(float(np.diagonal(hessian).mean()), 1e-12)
+    ridge = None if problem.ridge is None else problem.ridge.copy()
+    if ridge is not None:
+        ridge[row] = RIDGE * max(float(np.diagonal(hessian).mean()), 1e-12)
+        hessian[np.diag_indices(n)] += ridge[row]
     hessians[row] = hessian
     linear[row] = -(arrays.target_weights[item, :, None] * arrays.targets[item]).ravel() @ known.matrices.reshape(-1, n)
-    return replace(problem, hessians=hessians, linear=linear, lightest=_lightest_row(problem, row, item, arrays, known))
+    lightest = _lightest_row(problem, row, item, arrays, known)
+    return replace(problem, hessians=hessians, linear=linear, lightest=lightest, ridge=ridge)
 
 
 def _lightest_row(problem: TiedProblem, row: int, item: int, arrays: WishArrays, known: Known) -> Array | None:
@@ -176,13 +180,16 @@ def compiled(
     # Exact cells' heavy rows stay out of it: their ridge would weigh on what the soft ones decide.
     heavy = np.maximum(1.0, (arrays.target_weights + arrays.link_weights)[rows].max(axis=1, keepdims=True))
     trace = hessians[:, index, index].mean(axis=1, keepdims=True) / heavy
-    hessians[:, index, index] += RIDGE * np.maximum(trace, 1e-12)
+    ridge = RIDGE * np.maximum(trace, 1e-12)
+    hessians[:, index, index] += ridge
     pulls = (arrays.target_weights[rows, :, None] * arrays.targets[rows]).reshape(len(rows), -1)
     linear = -pulls @ known.matrices.reshape(-1, n)
     bounds = problem.reflectance_bounds if side == "reflectances" else problem.light_bounds
     ties, color_hessian, color_linear = _ties(arrays, known, state, side, rows)
     lightest = known.lightest(arrays)[rows]
-    return items, TiedProblem(hessians, linear, ties, color_hessian, color_linear, bounds, arrays.boxes, lightest)
+    return items, TiedProblem(
+        hessians, linear, ties, color_hessian, color_linear, bounds, arrays.boxes, lightest, ridge[:, 0]
+    )
 
 
 def _positive(weights: Array) -> Array:

@@ -45,6 +45,8 @@ class TiedProblem:
     color_bounds: tuple[Array, Array]
     lightest: Array | None = None
     """(K,): as ``LinkedLeastSquares.scale`` has it, the gradient of an error of 1 in the lightest cell's color."""
+    ridge: Array | None = None
+    """(K,): what was added to each diagonal; it is no part of what was asked, so the check leaves it out."""
 
     @cached_property
     def scale(self) -> Array:
@@ -70,6 +72,8 @@ class TiedProblem:
     def kkt(self, values: Array, colors: Array) -> float:
         """Scaled projected-gradient residual, as ``least_squares.checked`` has it."""
         by_values, by_colors = self.gradients(values, colors)
+        if self.ridge is not None:
+            by_values = by_values - self.ridge[:, None] * values
         moved = np.clip(values - by_values / self.scale[:, None], *self.bounds)
         worst = float(np.abs(values - moved).max(initial=0.0))
         if colors.size:

@@ -49,5 +49,5 @@ def test_a_moving_scene_uses_one_kernel(transport):
             assert np.isfinite(render_scene(frame(number)).pixels).all()
         history = drjit.kernel_history()
     traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
-    assert len(traced) >= 9
+    assert len(traced) >= 6
     assert all(kernel["cache_hit"] for kernel in traced)

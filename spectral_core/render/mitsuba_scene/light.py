@@ -148,8 +148,8 @@ def _spread(half_angle: float) -> dict[str, float]:
 
 def _basis(direction: Array) -> Array:
     """Axes (3, 3) whose third column is ``direction``."""
-    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    first = np.cross(helper, direction)
+    across = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    first = np.cross(across, direction)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(direction, first), direction], axis=1)
 
