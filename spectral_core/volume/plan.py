@@ -217,6 +217,10 @@ def pilot_places(renderer: VolumeRenderer, view: View, count: int) -> tuple[Arra
     # A rank-1 lattice: no row or column of it runs along the voxels' own.
     across = (index * 0.6180339887498949) % 1.0
     down = (index + 0.5) / count
+    # Neighbours march in step, so rays are sorted into tiles of about sixteen.
+    tiles = max(1, round(math.sqrt(count / 16)))
+    order = np.lexsort((across * tiles // 1, down * tiles // 1))
+    across, down = across[order], down[order]
     return low[0] + across * (high[0] - low[0]), low[1] + down * (high[1] - low[1])
 
 

@@ -86,6 +86,18 @@ class RangeTables:
             seen |= above & ((low <= end) if at_end else (low < end))
         return seen
 
+    def leaps(self, statistics: BrickStatistics) -> tuple[NDArray[np.bool_], NDArray[np.uint32]]:
+        """(bricks that show something, leap words of all bricks); kept, since every rule's grid starts from them."""
+        key = (statistics.edge, statistics.centred)
+        if key not in self._leaps:
+            shows = self.shows(statistics.low, statistics.high)
+            self._leaps[key] = (shows, leap_words(shows))
+        return self._leaps[key]
+
+    @cached_property
+    def _leaps(self) -> dict[tuple[int, bool], tuple[NDArray[np.bool_], NDArray[np.uint32]]]:
+        return {}
+
     @cached_property
     def _rises(self) -> NDArray[np.float64]:
         """Rise of each saturated column per data unit, per bin: (bins, K)."""
@@ -124,7 +136,7 @@ class RangeTables:
 def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> StepGrid:
     """The step grid of ``rule``; `thesis` wants the statistics of ``voxel_statistics``, the others any."""
     pair = ranges.bins(statistics.low) * _BINS + ranges.bins(statistics.high)
-    shows = ranges.shows(statistics.low, statistics.high)
+    shows, leaps = ranges.leaps(statistics)
     edge = statistics.edge
     if rule == "uniform":
         relative, longest = np.ones(pair.shape), np.inf
@@ -144,7 +156,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
             relative = np.cbrt(typical / np.maximum(rough, 1e-3 * typical))
         else:  # most bricks are level
             relative = np.where(rough > 0, 1.0, longest)
-    words = np.where(shows, relative.astype(np.float32).view(np.uint32), leap_words(shows))
+    words = np.where(shows, relative.astype(np.float32).view(np.uint32), leaps)
     return StepGrid(rule, edge, statistics.centred, words, longest, rule == "error")
 
 
