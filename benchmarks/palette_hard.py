@@ -2,9 +2,8 @@
 """Palettes made to break solvers: nothing may be called solved that is not, and engines must agree.
 
 2,400 generated problems (60 with ``--quick``; extra numbers set another first seed and another count). Each solution
-that is called solved or a compromise is checked here again, apart from the library's own check: bounds from its
-spectra, optimality from the gradient of a statement of its own. Every fourth problem is also given to each engine by
-itself.
+that is called solved or a compromise is checked here again, apart from the library's own check: bounds from spectra,
+optimality from the gradient of a statement of its own. Every fourth problem is also given to each engine by itself.
 """
 
 from __future__ import annotations
