@@ -198,7 +198,9 @@ def tick() -> float | None:
     state.update(step=state["step"] + 1, since=perf_counter(), done=False)
     if state["step"] < len(STEPS) and not facts["errors"]:
         return 0.3
-    facts.update(selector=list(dial().selector), steps=state["step"], start=seen.get("start"), dragged=seen.get("dragged"))
+    facts.update(
+        selector=list(dial().selector), steps=state["step"], start=seen.get("start"), dragged=seen.get("dragged")
+    )
     print("RESULT " + json.dumps(facts), flush=True)
     bpy.ops.wm.quit_blender()
     return None
