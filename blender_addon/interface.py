@@ -15,11 +15,13 @@ from .operators import (
     render_plan,
     volume_files,
 )
+from .operators import mixing_board as board_operators
 from .operators import palette_solve as solve_operators
 from .operators import palette_table as table_operators
 from .operators import spectrum as spectrum_operators
 from .operators import volume as volume_operators
 from .panels import light_dial as dial_panels
+from .panels import mixing_board as board_panels
 from .panels import palette as palette_panels
 from .panels import render as render_panels
 from .panels import spectrum as spectrum_panels
@@ -28,6 +30,8 @@ from .properties import (
     light_dial,
     light_dial_live,
     live,
+    mixing_board,
+    mixing_board_live,
     palette,
     palette_cell,
     palette_solve,
@@ -38,12 +42,16 @@ from .properties import (
 )
 
 PROPERTIES = (
-    spectrum, palette_cell, palette, render, light_dial, scene, live, palette_solve, volume, light_dial_live,
+    spectrum, palette_cell, palette, render, light_dial, mixing_board, scene, live, palette_solve, volume,
+    light_dial_live, mixing_board_live,
 )  # fmt: skip
 OPERATORS = (
     table_operators, solve_operators, spectrum_operators, palette_files, palette_scene, render_plan,
     volume_operators, volume_files, dial_operators, light_dial_record, light_dial_apply,
-    light_dial_drag,
+    light_dial_drag, board_operators,
 )  # fmt: skip
-PANELS = (icons, spectrum_panels, palette_panels, render_panels, volume_panels, dial_panels, overlay, drawn_dial)
+PANELS = (
+    icons, spectrum_panels, palette_panels, render_panels, volume_panels, dial_panels, board_panels, overlay,
+    drawn_dial,
+)  # fmt: skip
 MODULES = (*PROPERTIES, *OPERATORS, *PANELS)

@@ -34,7 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
-    from spectral_core.render.relight.transport import one_group_per_light, record_transport
+    from spectral_core.render.relight.memory import peak_bytes, stated_peak
+    from spectral_core.render.relight.transport import light_groups, one_group_per_light, record_transport
     from spectral_core.render.relight.transport_file import write_transport
 
     out = arguments.out or Path(arguments.scene.with_suffix(".transport.exr").name)
@@ -46,10 +47,13 @@ def run(arguments: argparse.Namespace) -> int:
         scene = translated_scene(arguments)
     storage = _storage(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
-    names = {light.group for light in grouped.lights} | ({grouped.world.group} if not grouped.world.is_black else set())
-    stated = storage.describe(*scene.film.size, len(names))
+    names = light_groups(grouped)
+    stated = stated_peak(storage, *scene.film.size, len(names))
     print(stated)
-    report = {"stated": stated, "bytes": storage.bytes_needed(*scene.film.size, len(names)), "groups": sorted(names)}
+    report = {
+        "stated": stated, "bytes": storage.bytes_needed(*scene.film.size, len(names)),
+        "peak_bytes": peak_bytes(storage, *scene.film.size, len(names)), "groups": list(names),
+    }  # fmt: skip
     if not arguments.estimate:
         with RenderProcess() as renderer:
             transport = record_transport(

@@ -3,6 +3,8 @@
 
 import bpy
 
+from spectral_core.render.relight.memory import stated_peak
+
 from ..operators.light_dial_drag import running
 from ..properties.light_dial import storage_of
 from ..properties.light_dial_live import shares_of
@@ -99,7 +101,8 @@ def _draw_recording(layout, context, dial) -> None:
     hint.active = False
     scene = context.scene
     film = translate_film(scene, scene.spectral.render.samples, 0)
-    wrapped(hint, context, storage_of(dial).describe(*film.size, group_count(scene, dial.one_per_light)), indent=60.0)
+    stated = stated_peak(storage_of(dial), *film.size, group_count(scene, dial.one_per_light))
+    wrapped(hint, context, stated, indent=60.0)
     row = box.row(align=True)
     row.scale_y = 1.3
     row.operator("spectral.dial_record", text="Record again" if len(dial.bulbs) else "Record", icon="REC")

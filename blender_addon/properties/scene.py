@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral``: the palette, the render settings and the light dial of a scene."""
+"""``scene.spectral``: the palette, the render settings, the light dial and the mixing board of a scene."""
 
 import bpy
 from bpy.props import PointerProperty
 
 from .light_dial import SpectralLightDial
+from .mixing_board import SpectralMixingBoard
 from .palette import SpectralPalette
 from .render import SpectralRender
 
@@ -15,6 +16,7 @@ class SpectralScene(bpy.types.PropertyGroup):
     palette: PointerProperty(type=SpectralPalette)
     render: PointerProperty(type=SpectralRender)
     dial: PointerProperty(type=SpectralLightDial)
+    board: PointerProperty(type=SpectralMixingBoard)
 
 
 def register() -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
+from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.session import RenderResult, render_scene
 from spectral_core.scene import (
@@ -89,11 +90,12 @@ def record_transport(
 
     ``one_per_light``: every light becomes a group of its own name. ``render``: ``render_scene`` or the ``render`` of a
     ``RenderProcess``; ``options`` are passed on to it (``on_progress``, ``should_stop``). Raises InvalidInputError for
-    a scene without light, RenderCancelled where it was stopped.
+    a scene without light or a machine without the memory, RenderCancelled where it was stopped.
     """
     grouped = one_group_per_light(scene) if one_per_light else scene
     if storage.kind != "dial":
         options.setdefault("sampling_lights", SAMPLING_LIGHTS)
+    require_memory(storage, scene.film.size, max(1, len(light_groups(grouped))))
     recorded = grouped if storage.kind == "dial" else under_flat_light(grouped)
     result = render(recorded, groups=True, bands=storage.measured(), **options)
     if result.status != "done":
@@ -102,8 +104,7 @@ def record_transport(
     names = tuple(name for name in planes)
     if not names:
         raise InvalidInputError("the scene has no light, so there is no transport to store; add one")
-    count = storage.channel_count
-    channels = np.stack([np.ascontiguousarray(planes[name][..., :count].transpose(2, 0, 1)) for name in names])
+    channels = _gathered(planes, storage.channel_count)
     exposure = scene.film.exposure
     if storage.kind == "dial":
         channels /= np.float32(exposure)  # the renderer exposes pictures, not bands
@@ -112,6 +113,25 @@ def record_transport(
         tuple(_group_light(grouped, name) for name in names), exposure, scene_hash(scene), result.samples,
         scene.film.seed,
     )  # fmt: skip
+
+
+def _gathered(planes: dict[str, Pixels], count: int) -> Pixels:
+    """(groups, channels, height, width) of pictures by group. Empties ``planes``: each is let go once it is copied."""
+    height, width = next(iter(planes.values())).shape[:2]
+    channels = np.empty((len(planes), count, height, width), np.float32)
+    for number, name in enumerate(tuple(planes)):
+        np.copyto(channels[number], planes.pop(name)[..., :count].transpose(2, 0, 1))
+    return channels
+
+
+def light_groups(scene: Scene) -> tuple[str, ...]:
+    """Names of the light groups of everything that shines, sorted."""
+    names = {light.group for light in scene.lights}
+    if not scene.world.is_black:
+        names.add(scene.world.group)
+    glowing = {material.name for material in scene.materials if _emitted(material)}
+    names |= {instance.group for instance in scene.instances if glowing.intersection(instance.materials)}
+    return tuple(sorted(names))
 
 
 def one_group_per_light(scene: Scene) -> Scene:

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``scene.spectral.board``: which fader moves which number of the file, and how the board is reached."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    IntProperty,
+    StringProperty,
+)
+
+from . import mixing_board_live as live
+
+
+def _changed(properties, _context=None) -> None:
+    live.rebind(properties.id_data)
+
+
+def _ports(_board, _context, typed: str) -> list[str]:
+    from spectral_core.errors import SpectralError
+    from spectral_core.explore.board.midi import port_names
+
+    try:
+        return [name for name in port_names() if typed.lower() in name.lower()]
+    except SpectralError:
+        return []  # without mido; Start says so
+
+
+class SpectralBoardBinding(bpy.types.PropertyGroup):
+    """A fader and its number; ``name`` is the number's full data path."""
+
+    control: StringProperty(
+        name="Control", update=_changed, description="kind:channel:address, such as cc:0:81 or osc:0:/fader/1"
+    )
+    low: FloatProperty(name="Low", default=0.0, update=_changed, description="The number with the fader down")
+    high: FloatProperty(name="High", default=1.0, update=_changed, description="The number with the fader up")
+    pick_up: BoolProperty(
+        name="Pick Up", update=_changed,
+        description="The fader does nothing until it has passed the present value, so that nothing jumps",
+    )  # fmt: skip
+
+
+class SpectralBoardOrder(bpy.types.PropertyGroup):
+    """Two numbers of which the upper never goes below the lower, by their full data paths."""
+
+    lower: StringProperty(name="Lower", update=_changed)
+    upper: StringProperty(name="Upper", update=_changed)
+
+
+class SpectralMixingBoard(bpy.types.PropertyGroup):
+    """Connection, bindings, and what was recorded."""
+
+    use_midi: BoolProperty(name="MIDI", default=True, description="Listen to a MIDI device")
+    midi_port: StringProperty(
+        name="Device", search=_ports, description="Name of the MIDI device; empty takes the first"
+    )
+    use_osc: BoolProperty(name="OSC", default=True, description="Listen to tablets and programs on the network")
+    osc_host: StringProperty(
+        name="Address", default="127.0.0.1", description="127.0.0.1 for this machine alone, 0.0.0.0 for its networks"
+    )
+    osc_port: IntProperty(name="Port", default=9000, min=0, max=65535, description="UDP port; 0 takes any free one")
+    feedback_host: StringProperty(name="Send To", description="Where positions are sent back; empty sends none")
+    feedback_port: IntProperty(name="Port", default=9001, min=1, max=65535)
+    bindings: CollectionProperty(type=SpectralBoardBinding)
+    active: IntProperty(name="Binding", min=0)
+    orders: CollectionProperty(type=SpectralBoardOrder)
+    status: StringProperty(options={"SKIP_SAVE"})
+    simultaneity: StringProperty(description="Correlation of the faders' velocities in the last recording, Eq. 6.2")
+
+
+CLASSES = (SpectralBoardBinding, SpectralBoardOrder, SpectralMixingBoard)
+
+
+def register() -> None:
+    """Register the classes; the scene's ``spectral`` holds them."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Take them away."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

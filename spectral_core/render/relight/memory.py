@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much memory a recording takes at its peak, how much there is, and a refusal before it is spent in vain."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.relight.storage import Storage
+
+RENDERER_BYTES = 700e6
+"""Mitsuba, its compiler and a scene of ordinary size, in a process of their own."""
+COPIES = {"dial": 5.0, "bands": 4.0, "exact": 4.0}
+"""Peak over what is stored, in both processes together: sums in the renderer, the same as arrays, on their way here,
+and in the transport. Measured by ``python -m benchmarks relight-memory``."""
+
+
+def peak_bytes(storage: Storage, width: int, height: int, groups: int) -> float:
+    """Memory that recording takes at most, renderer and session together."""
+    return RENDERER_BYTES + COPIES[storage.kind] * storage.bytes_needed(width, height, groups)
+
+
+def stated_peak(storage: Storage, width: int, height: int, groups: int) -> str:
+    """One line to show before recording: what is stored, its error, and the peak on the way."""
+    peak = peak_bytes(storage, width, height, groups) / 1e6
+    return f"{storage.describe(width, height, groups)}. Recording takes up to {peak:,.0f} MB"
+
+
+def available_bytes() -> float | None:
+    """Memory that may be had now without swapping, within this container's limit; None where nobody tells."""
+    found = [amount for amount in (_of_machine(), _of_container()) if amount is not None]
+    return min(found, default=None)
+
+
+def require_memory(storage: Storage, size: tuple[int, int], groups: int) -> None:
+    """Raise InvalidInputError where recording would take more than there is, with what would fit."""
+    free, needed = available_bytes(), peak_bytes(storage, *size, groups)
+    if free is None or needed <= free:
+        return
+    fitting = [
+        each for each in (Storage.dial(), *map(Storage.bands, (31, 61, 121))) if peak_bytes(each, *size, groups) <= free
+    ]
+    share = max(0.0, (free - RENDERER_BYTES) / (needed - RENDERER_BYTES)) ** 0.5
+    smaller = f"a picture of {int(size[0] * share)}×{int(size[1] * share)}" if share > 0.02 else "more memory"
+    others = [f"{each.kind} of {each.channel_count} channels" for each in fitting if each.kind != storage.kind]
+    raise InvalidInputError(
+        f"recording {storage.kind} at {size[0]}×{size[1]} for {groups} light groups takes up to {needed / 1e9:.1f} GB; "
+        f"{free / 1e9:.1f} GB are free. What fits: {', '.join([*others, smaller])}"
+    )
+
+
+def _of_machine() -> float | None:
+    try:
+        for line in Path("/proc/meminfo").read_text("ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * int(line.split()[1])
+    except (OSError, ValueError):
+        pass  # no Linux: the amount installed bounds it, where the system tells that
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return None
+
+
+def _of_container() -> float | None:
+    """What a container's limit leaves (cgroup 2), file caches counted as free."""
+    folder = Path("/sys/fs/cgroup")
+    try:
+        limit = float((folder / "memory.max").read_text("ascii"))
+        used = float((folder / "memory.current").read_text("ascii"))
+        rows = (folder / "memory.stat").read_text("ascii").splitlines()
+        cached = sum(float(row.split()[1]) for row in rows if row.split()[0] in ("inactive_file", "active_file"))
+    except (OSError, ValueError):
+        return None  # no such limit, or it says "max"
+    return max(0.0, limit - used + cached)

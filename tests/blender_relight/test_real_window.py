@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Press, drag and release on the dial in a Blender with a window.
+
+SPECTRAL_REAL_BLENDER and SPECTRAL_PATHS as in tests/blender_ui; the folders must hold OpenEXR too. The Blender must
+see the folder of temporary files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+COMMAND = os.environ.get("SPECTRAL_REAL_BLENDER", "")
+HERE = Path(__file__).resolve().parent
+
+
+@pytest.mark.slow
+@pytest.mark.real_blender
+@pytest.mark.skipif(not COMMAND, reason="needs a Blender with a window in SPECTRAL_REAL_BLENDER")
+def test_the_mouse_turns_the_dial_and_the_picture_follows(dial):
+    bpy.ops.wm.save_mainfile()
+    paths = os.pathsep.join([str(HERE.parents[1]), os.environ.get("SPECTRAL_PATHS", "")])
+    stage = {"SPECTRAL_PATHS": paths, "SPECTRAL_STAGE": bpy.data.filepath}
+    command = [*shlex.split(COMMAND), "--factory-startup", "--enable-event-simulate"]
+    done = subprocess.run(
+        [*command, "--python", str(HERE / "window_drive.py")],
+        env={**os.environ, **stage}, capture_output=True, text=True, timeout=280, check=False,
+    )  # fmt: skip
+    lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
+    assert lines, f"no result; the end of the output: {(done.stdout + done.stderr)[-2000:]}"
+    result = json.loads(lines[-1].removeprefix("RESULT "))
+    assert result["errors"] == []
+    assert "Traceback" not in done.stdout + done.stderr
+    assert np.abs(np.subtract(result["dragged"], result["start"])).max() > 0.01
