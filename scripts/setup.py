@@ -24,8 +24,8 @@ PYTHON = VENV / "bin" / "python"
 STAMP = VENV / ".set-up"
 OLDEST_LLVM = 15  # older ones abort in drjit's code generation: "Cannot select: fminimum"
 
-# library that bpy links to -> Debian and Ubuntu package that holds it
-BLENDER_LIBRARIES = {
+# library that bpy or drjit links to -> Debian and Ubuntu package that holds it
+LINKED_LIBRARIES = {
     "libX11.so.6": "libx11-6",
     "libXrender.so.1": "libxrender1",
     "libXfixes.so.3": "libxfixes3",
@@ -36,6 +36,7 @@ BLENDER_LIBRARIES = {
     "libICE.so.6": "libice6",
     "libGL.so.1": "libgl1",
     "libEGL.so.1": "libegl1",
+    "libatomic.so.1": "libatomic1",
 }
 
 
@@ -79,7 +80,7 @@ def newest_llvm_package() -> str:
 
 
 def system_libraries() -> None:
-    missing = sorted({package for library, package in BLENDER_LIBRARIES.items() if not loads(library)})
+    missing = sorted({package for library, package in LINKED_LIBRARIES.items() if not loads(library)})
     llvm_missing = not has_llvm()
     if not missing and not llvm_missing:
         return

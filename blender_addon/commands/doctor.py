@@ -108,7 +108,15 @@ def _renderer() -> list[Finding]:
     found = ", ".join(backend.get("variant", {}).values())
     if done.returncode:
         found = f"{found}: a trial render failed, {(done.stderr.strip() or 'without a word').splitlines()[-1]}"
-    findings.append(Finding("renderer", done.returncode == 0, found, "rendering", "see the line above"))
+    findings.append(
+        Finding(
+            "renderer",
+            done.returncode == 0,
+            found,
+            "rendering",
+            "see the error above; Debian, Ubuntu: apt install libatomic1 libllvm19",
+        )
+    )
     return findings
 
 
