@@ -13,6 +13,7 @@ from typing import Any
 
 import benchmarks
 from benchmarks import Options
+from spectral_core.errors import UnknownNameError
 
 
 def known() -> dict[str, str]:
@@ -52,7 +53,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     options = Options(quick=given.quick, out=given.out / given.name, extra=extra)
     options.out.mkdir(parents=True, exist_ok=True)
-    figures = importlib.import_module(f"benchmarks.{modules[given.name]}").run(options)
+    try:
+        figures = importlib.import_module(f"benchmarks.{modules[given.name]}").run(options)
+    except UnknownNameError as error:
+        print(error, file=sys.stderr)
+        return 2
     if given.json:
         print(json.dumps(figures, default=_plain))
     return 0

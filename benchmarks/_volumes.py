@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.plan import Pilot, snr_db
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
@@ -66,6 +67,11 @@ def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator
     for name in wanted:
         if name in sizes:
             yield sample_volume(name, min(sizes[name], 32) if quick else sizes[name])
+        elif names and not (folder and (folder / "volumes" / f"{name}.nrrd").is_file()):
+            raise UnknownNameError(
+                f"there is no volume {name!r}; real ones are read from volumes/{name}.nrrd under the folder that "
+                f"SPECTRAL_SHARED_DATA names, our own are {', '.join(sizes)}"
+            )
         elif folder:
             yield load_nrrd(folder / "volumes" / f"{name}.nrrd")
 

@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -42,6 +43,29 @@ def test_an_error_is_one_line_and_an_exit_status(capsys: pytest.CaptureFixture[s
     assert printed.err.startswith("spectral-scene relight: ")
     assert printed.err.count("\n") == 1
     assert json.loads(printed.out)["kind"] == "FileFormatError"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["lattice", "--dims", "0"], "--dims is 0; expected 1 to 10"),
+        (["lattice", "--refine", "-1"], "--refine is -1; expected 0 or more"),
+        (["design", "--preset", "Hidden mark", "--out", "FILE"], "File exists"),
+        (["design", "examples/transfer/solid.toml"], 'format is "spectral-scene transfer function"'),
+        (["design", "absent.toml"], "absent.toml: No such file or directory; expected a file that can be read"),
+        (["relight", "absent.exr", "--out", "x.png"], "there is no file absent.exr"),
+    ],
+)
+def test_plain_mistakes_are_one_line(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: Any
+) -> None:
+    monkeypatch.chdir(ROOT)
+    taken = tmp_path / "taken"
+    taken.write_text("a file, no folder")
+    assert main([str(taken) if word == "FILE" else word for word in arguments]) == 1
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
 
 
 @pytest.mark.parametrize("absent", ["bpy", "mitsuba"])

@@ -52,10 +52,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(parsed.run(parsed))
     except SpectralError as error:
-        print(f"spectral-scene {parsed.command}: {error}", file=sys.stderr)
-        if parsed.json:
-            print(json.dumps({"error": str(error), "kind": type(error).__name__}))
-        return 1
+        return _failed(parsed, error, str(error))
+    except MemoryError as error:
+        return _failed(parsed, error, f"not enough memory; ask for less ({error})")
+    except OSError as error:
+        if error.filename is None:  # no file that was asked for: a fault of ours, whose traceback is wanted
+            raise
+        return _failed(parsed, error, f"{error.filename}: {error.strerror}")
     except KeyboardInterrupt:
         print(f"spectral-scene {parsed.command}: stopped", file=sys.stderr)
         return 130
+
+
+def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
+    """Say why in one line, and as JSON where that was asked for."""
+    print(f"spectral-scene {parsed.command}: {message}", file=sys.stderr)
+    if parsed.json:
+        print(json.dumps({"error": message, "kind": type(error).__name__}))
+    return 1

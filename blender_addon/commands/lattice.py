@@ -14,10 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.errors import InvalidInputError
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene lattice``."""
-    parser.add_argument("--dims", type=int, default=2, metavar="N", help="parameters, 1 to 10 (default 2)")
+    parser.add_argument(
+        "--dims", type=int, default=2, metavar="N", help="parameters, 1 to 10 (default 2); 16 with --criterion unit"
+    )
     parser.add_argument("--rate", type=int, default=2, metavar="B", help="points grow by this factor per level: 2 or 3")
     parser.add_argument("--points", type=int, default=64, metavar="M", help="exactly this many points (default 64)")
     parser.add_argument("--low", type=float, nargs="+", metavar="X", help="lower ends of the ranges (default 0)")
@@ -41,6 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Fill, measure, write."""
     from spectral_core import lattice
 
+    if not 1 <= arguments.dims <= 16:
+        raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 10 dimensions, 16 with --criterion unit")
+    if arguments.refine < 0:
+        raise InvalidInputError(f"--refine is {arguments.refine}; expected 0 or more finer levels")
     low, high = _ranges(arguments)
     region = _region(arguments, low, high)
     chosen = lattice.make_lattice(arguments.dims, arguments.rate, criterion=arguments.criterion)
@@ -71,8 +79,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper ends, one number standing for all parameters."""
-    from spectral_core.errors import InvalidInputError
-
     ends = []
     for name, given, default in (("low", arguments.low, 0.0), ("high", arguments.high, 1.0)):
         values = np.array([default] if given is None else given)
@@ -80,7 +86,7 @@ def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
             raise InvalidInputError(
                 f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})"
             )
-        ends.append(np.broadcast_to(values, (max(arguments.dims, 0),)).copy())
+        ends.append(np.broadcast_to(values, (arguments.dims,)).copy())
     return ends[0], ends[1]
 
 
@@ -95,7 +101,6 @@ def _region(arguments: argparse.Namespace, low: np.ndarray, high: np.ndarray) ->
 
 
 def _latinized(region: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    from spectral_core.errors import InvalidInputError
     from spectral_core.lattice import latinized
 
     if region.box_limits is None:

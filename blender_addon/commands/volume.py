@@ -70,8 +70,11 @@ def _add_file(file: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from blender_addon.commands._pictures import require_ending
+    from spectral_core import datasets
 
     out = require_ending(arguments.out or Path(_stem(arguments.volume)).with_suffix(".png"))
+    for name in arguments.light:
+        datasets.illuminant(name)  # a name that is unknown is said before the render
     _find_llvm()
     frames = []
     for number, volume in _frames(arguments):
@@ -174,6 +177,9 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
         "samples": image.samples, "steps": image.steps, "seconds": image.seconds, "plan_seconds": chosen.seconds,
     }  # fmt: skip
     print(f"{image.samples:,} samples that show something, {image.steps:,} steps, {image.seconds:.3f} s")
+    if not image.samples:
+        low, high = volume.data.min(), volume.data.max()
+        print(f"note: the picture is empty; the transfer function shows nothing of values from {low:g} to {high:g}")
     figures["pictures"] = _write_lights(arguments.light, image, path)
     if arguments.report:
         from blender_addon.commands._volume_report import report

@@ -197,7 +197,7 @@ PRESETS = {
     "Metamer pair": metamer_pair,
     "Split light": split_light,
     "Hidden mark": hidden_mark,
-    "Colour constancy": color_constancy,
+    "Color constancy": color_constancy,
     "X-ray smoke": xray_smoke,
     "Most distinct": most_distinct,
 }

@@ -131,7 +131,7 @@ def _transport(scene: Scene, found: Inventory, tolerance: float) -> Decision:
             "transport",
             "spectral",
             f"spectra are given for {_names(found.spectra)}",
-            "colours under these spectra; products of spectra are not products of their colours",
+            "colors under these spectra; products of spectra are not products of their colors",
             choices,
         )
     return Decision(
@@ -261,7 +261,7 @@ def _bounces(scene: Scene, found: Inventory, tolerance: float) -> Decision:
         "bounces",
         str(needed),
         f"surfaces are matt and reflect at most {found.largest_reflectance:.0%}, "
-        f"so later bounces change colours by less than ΔE {tolerance:g}",
+        f"so later bounces change colors by less than ΔE {tolerance:g}",
         "dark corners",
     )
 

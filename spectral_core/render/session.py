@@ -66,7 +66,7 @@ def render_scene(
     groups: bool = False,
     sampling_lights: Sequence[Spectrum] | None = None,
 ) -> RenderResult:
-    """Render ``scene`` here and now, in passes of 1, 2, 4, … samples.
+    """Render ``scene`` here and now, with a picture after 1, 4, 16, 64, … samples.
 
     ``on_progress`` sees the picture after each pass; ``should_stop`` is asked between kernel launches; the others
     are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where

@@ -89,7 +89,7 @@ def read_text(path: Path) -> str:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise FileFormatError(f"{path}: {error.strerror or error}; expected a readable file of spectra") from error
+        raise FileFormatError(f"{path}: {error.strerror or error}; expected a file that can be read") from error
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         text = data.decode(encoding)

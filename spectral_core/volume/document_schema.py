@@ -39,6 +39,8 @@ def transfer_schema() -> dict[str, Any]:
 
 def require_valid(document: Any) -> None:
     """Raise FileFormatError that names the first place where ``document`` breaks the schema."""
+    if isinstance(document, dict) and "format" in document:  # a file of another kind: say that before what it lacks
+        _check(document["format"], transfer_schema()["properties"]["format"], "format")
     _check(document, transfer_schema(), "")
 
 

@@ -64,6 +64,7 @@ class View:
         **rest: Any,
     ) -> View:
         """Towards the middle of ``volume``, far enough to see its bounding sphere whole at ``zoom`` 1."""
+        require_range("zoom", zoom, 1e-6, 1e6)
         corners = volume.corners_world
         middle = corners.mean(axis=0)
         radius = float(np.linalg.norm(corners - middle, axis=1).max()) / zoom

@@ -195,7 +195,8 @@ def test_short_ways_to_say_things(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("format = ?\nversion = 1", r"p\.toml: Invalid value .*line 1.*; expected a palette in TOML"),
-        ("format = 'gimp'\nversion = 1", r"p\.toml: the document has no 'grid'"),
+        ("format = 'gimp'\nversion = 1", r"p\.toml: format is \"gimp\"; expected 'spectral-scene palette'"),
+        ("format = 'spectral-scene palette'\nversion = 1", r"p\.toml: the document has no 'grid'"),
         (HEAD.replace("scene palette", "scene"), r"format is \"spectral-scene\"; expected 'spectral-scene palette'"),
         (HEAD.replace("version = 1", "version = 2"), r"version is 2; expected 1"),
         (HEAD + "colour = 1", r"the document holds the unknown word 'colour'; known: \$schema, cells"),

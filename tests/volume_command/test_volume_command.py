@@ -116,11 +116,15 @@ def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
         (["sample:engin", "--transfer", "{wide}"], "did you mean 'engine'"),
         (["sample:engine:1e3", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),
         (["{blob}", "--transfer", "wid"], "did you mean 'wide'"),
+        (["{blob}", "--transfer", "{wide}", "--zoom", "0"], "zoom is 0.0; expected a value from"),
+        (["{blob}", "--transfer", "{wide}", "--light", "D66"], "no illuminant is named 'D66'; did you mean 'D65'"),
+        (["{blob}", "--transfer", "{palette}"], 'format is "spectral-scene palette"'),
         (["none_####.vti", "--transfer", "{wide}"], "no file in . matches"),
     ],
 )
 def test_refusals_are_one_clear_line(blob, capsys, arguments, message):
     places = {"{blob}": str(blob / "blob.npy"), "{wide}": str(EXAMPLES / "wide.toml")}
+    places["{palette}"] = str(EXAMPLES.parent / "split_light.toml")
     status = main(["volume", *[places.get(word, word) for word in arguments], "--json"])
     out, err = capsys.readouterr()
     assert status == 1

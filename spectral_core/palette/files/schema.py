@@ -25,6 +25,8 @@ def palette_schema() -> dict[str, Any]:
 
 def require_valid(document: Any) -> None:
     """Raise InvalidInputError that names the first place where a document breaks the schema."""
+    if isinstance(document, dict) and "format" in document:  # a file of another kind: say that before what it lacks
+        _check(document["format"], palette_schema()["properties"]["format"], "format")
     _check(document, palette_schema(), "")
 
 

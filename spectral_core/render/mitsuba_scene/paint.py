@@ -36,7 +36,7 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
     if isinstance(paint, Color):
         rgb = np.asarray(paint.linear_rgb)
         if rgb.min() < 0 or rgb.max() > 1:
-            context.note(subject, "has a colour outside 0 to 1, which no surface reflects; it is rendered at the limit")
+            context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
             rgb = np.clip(rgb, 0.0, 1.0)
         return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb)})
     if isinstance(paint, Spectrum):

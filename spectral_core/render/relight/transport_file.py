@@ -50,6 +50,8 @@ def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     which, and what to do.
     """
     module = openexr()
+    if not path.is_file():
+        raise FileFormatError(f"there is no file {path}; make one with: spectral-scene transport")
     try:
         parts = module.File(str(path), separate_channels=True).parts
     except Exception as error:  # OpenEXR raises RuntimeError and others of its own
