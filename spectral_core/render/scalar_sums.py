@@ -56,6 +56,10 @@ class ScalarSums:
         return (self._sums[..., 3:] / max(1, self.samples)).astype(np.float32)
 
 
+NOTHING = 1e-30
+"""Response of a channel that sees nothing, such as blue beyond 700 nm: Mitsuba refuses one that is zero everywhere."""
+
+
 def _sensor(mitsuba: Any, frame: CameraFrame, film: Film, plan: WavelengthPlan | None) -> dict[str, Any]:
     """Mitsuba's camera. A shifted picture is the part of a larger one that has its center where the camera looks."""
     half, center = (frame.high - frame.low) / 2, (frame.high + frame.low) / 2
@@ -83,7 +87,7 @@ def _sensor(mitsuba: Any, frame: CameraFrame, film: Film, plan: WavelengthPlan |
                 "type": "regular",
                 "wavelength_min": float(FIRST_NM),
                 "wavelength_max": float(LAST_NM),
-                "values": ",".join(f"{value:.9g}" for value in np.maximum(response, 0)),
+                "values": ",".join(f"{value:.9g}" for value in np.maximum(response, 0 if response.any() else NOTHING)),
             }
     extent = float(half[0] + abs(center[0]))
     camera = frame.camera

@@ -190,3 +190,34 @@ def test_memory_is_stated_before_rendering(scene: Scene) -> None:
         transport = record_transport(small, storage)
         assert storage.bytes_needed(10, 7, 3) == transport.channels.nbytes + transport.coverage.nbytes
     assert "829 MB" in Storage.dial().describe(3840, 2160, 8)
+
+
+def test_a_recording_that_memory_cannot_hold_is_refused_with_what_fits(scene, monkeypatch):
+    from spectral_core.render.relight import memory
+
+    storage = Storage.exact(SpectralGrid.uniform(380, 780, 10))
+    assert storage.bytes_needed(3840, 2160, 8) == 4 * 3840 * 2160 * (3 * 41 * 8 + 1)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 24e9)
+    memory.require_memory(Storage.dial(), (3840, 2160), 8)
+    with pytest.raises(InvalidInputError, match=r"3840×2160 for 8 light groups.*24.0 GB are free. What fits: dial"):
+        memory.require_memory(storage, (3840, 2160), 8)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1e6)
+    with pytest.raises(InvalidInputError, match="are free"):
+        record_transport(scene, storage, render=lambda *_, **__: pytest.fail("it must not render"))
+
+
+def test_exact_transport_records_on_the_scalar_renderer_too(scene):
+    small = replace(
+        scene,
+        film=replace(scene.film, width=4, height=3, samples=2),
+        settings=replace(scene.settings, variant="scalar"),
+    )
+    transport = record_transport(small, Storage.exact(SpectralGrid.uniform(380, 780, 50)))
+    assert transport.channels.shape == (3, 27, 3, 4) and np.isfinite(transport.channels).all()
+
+
+def test_a_colored_light_is_as_bright_from_bands_as_it_was(scene):
+    """A light's color dims it: what it is relit with is the same, not one of the luminance of white."""
+    rendered = render_scene(replace(scene, settings=replace(scene.settings, transport="spectral"))).pixels
+    relit = relight(record_transport(scene, Storage.bands(31)))
+    assert relit[..., :3].mean() == pytest.approx(rendered[..., :3].mean(), rel=0.05)

@@ -9,16 +9,20 @@ from pathlib import Path
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.storage import Storage
 
-RENDERER_BYTES = 700e6
-"""Mitsuba, its compiler and a scene of ordinary size, in a process of their own."""
-COPIES = {"dial": 5.0, "bands": 4.0, "exact": 4.0}
+RENDERER_BYTES = 500e6
+"""Mitsuba, its compiler and a scene of ordinary size, in a process of their own, beside the session's libraries."""
+COPIES = 4.0
 """Peak over what is stored, in both processes together: sums in the renderer, the same as arrays, on their way here,
-and in the transport. Measured by ``python -m benchmarks relight-memory``."""
+and in the transport. Measured by ``python -m benchmarks relight-memory``, on LLVM; the slow scalar renderer keeps its
+sums in double precision and takes half more."""
+PIXEL_BYTES = 56.0
+"""Random streams and the picture itself, per pixel and group."""
 
 
 def peak_bytes(storage: Storage, width: int, height: int, groups: int) -> float:
     """Memory that recording takes at most, renderer and session together."""
-    return RENDERER_BYTES + COPIES[storage.kind] * storage.bytes_needed(width, height, groups)
+    pixels = PIXEL_BYTES * width * height * groups
+    return RENDERER_BYTES + COPIES * storage.bytes_needed(width, height, groups) + pixels
 
 
 def stated_peak(storage: Storage, width: int, height: int, groups: int) -> str:
