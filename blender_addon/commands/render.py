@@ -81,6 +81,8 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     path = (_numbered(out, frame) if arguments.animation else out).expanduser().resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     scene.frame_set(frame)
+    if scene.frame_current != frame:
+        raise InvalidInputError(f"--frame is {frame}; Blender stops at {scene.frame_current}")
     jobs.records.clear()
     wanted = jobs.RenderRequest(_bands(arguments), lambda given: _blend.with_variant(given, arguments.variant))
     with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:

@@ -63,6 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
         write_transport(out, transport)
         seconds = round(time.perf_counter() - start, 2)
         print(f"{out}: light groups {', '.join(repr(name) for name in transport.groups)}, {seconds:.1f} s")
+        if len(transport.groups) == 1 and not arguments.one_per_light:
+            print("note: all light is in one group, so there is nothing to mix; --one-per-light keeps lights apart")
         report |= {"file": str(out), "groups": list(transport.groups), "seconds": seconds}
     if arguments.json:
         print(json.dumps(report))

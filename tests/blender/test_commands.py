@@ -85,6 +85,7 @@ def test_plan_says_why(saved, capfd):
         (["render", "SCENE", "--out", "picture.xyz"], r"picture.xyz ends in '.xyz'; expected one of .png"),
         (["render", "SCENE", "--bands", "7"], "spectral bands fit into an .exr only; scene.png is none"),
         (["render", "SCENE", "--samples", "0"], "--samples is 0; expected at least 1"),
+        (["render", "SCENE", "--frame", "9999999"], "--frame is 9999999; Blender stops at 1048574"),
         (["render", "SCENE", "--set", "bounces"], "is not of the form EFFECT=VALUE"),
         (["plan", "SCENE", "--set", "bounce=3"], "no effect is named 'bounce'; did you mean 'bounces'"),
         (["render", "TEXT"], "notes.blend cannot be opened"),
