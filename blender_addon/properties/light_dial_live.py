@@ -192,8 +192,13 @@ def redraw() -> None:
 
 @bpy.app.handlers.persistent
 def _after_frame(scene, *_rest) -> None:
-    """A keyframed selector has moved. During a render this runs beside it, where no image may be written."""
-    if scene is not None and scene.animation_data is not None and not bpy.app.is_job_running("RENDER"):
+    """A keyframed selector has moved. During a render this runs beside it, where no image may be written.
+
+    Without a window a transport is not read for it: a command that renders an animation has no use for that.
+    """
+    if scene is None or scene.animation_data is None or bpy.app.is_job_running("RENDER"):
+        return
+    if not bpy.app.background or scene.session_uid in _sessions:
         changed(scene)
 
 

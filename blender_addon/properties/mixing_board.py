@@ -61,7 +61,7 @@ class SpectralMixingBoard(bpy.types.PropertyGroup):
     )
     osc_port: IntProperty(name="Port", default=9000, min=0, max=65535, description="UDP port; 0 takes any free one")
     feedback_host: StringProperty(name="Send To", description="Where positions are sent back; empty sends none")
-    feedback_port: IntProperty(name="Port", default=9001, min=1, max=65535)
+    feedback_port: IntProperty(name="Port", default=9001, min=1, max=65535, description="UDP port of the one sent to")
     bindings: CollectionProperty(type=SpectralBoardBinding)
     active: IntProperty(name="Binding", min=0)
     orders: CollectionProperty(type=SpectralBoardOrder)

@@ -17,7 +17,7 @@ from blender_addon import interface
 
 PANELS = Path(blender_addon.__file__).parent / "panels"
 TESTS = Path(__file__).parent
-FILES = [file for file in sorted(PANELS.glob("*.py")) if file.stem != "volume"]  # whose room has tests of its own
+FILES = sorted(PANELS.glob("*.py"))
 CALLS = [
     node
     for file in FILES
@@ -47,7 +47,8 @@ def groups(registered):
 
 @cache
 def text_of_tests() -> str:
-    return "\n".join(file.read_text("utf-8") for file in TESTS.glob("test_*.py") if file.name != Path(__file__).name)
+    files = [file for folder in TESTS.parent.glob("blender*") for file in folder.glob("test_*.py")]
+    return "\n".join(file.read_text("utf-8") for file in files if file != Path(__file__))
 
 
 def test_the_panels_were_read():

@@ -277,3 +277,16 @@ def test_the_palette_colors_a_volume(blender, ramp):
     assert translated().volumes[0].transfer.wavelengths_nm is not None
     with pytest.raises(RuntimeError, match="the palette has no material named 'nothing'"):
         bpy.ops.spectral.volume_color_from_palette(entry="nothing")
+
+
+def test_lighting_and_edges_reach_the_renderer(blender, ramp):
+    """The kind of lighting, and a material that shows edges only."""
+    imported(ramp[0], size=3.0, preset="wide")
+    settings = blender.context.object.data.spectral
+    entry = settings.materials[0]
+    entry.use_gradient, entry.gradient = True, 0.25
+    for lighting in ("even", "scene", "shadows"):
+        settings.lighting = lighting
+        volume = translated().volumes[0]
+        assert volume.options["lighting"] == lighting
+        assert volume.transfer.materials[0].gradient_values.max() > 0

@@ -106,12 +106,13 @@ class MidiLink:
 
 
 def _open(name: str | None) -> Any:
+    mido = _mido()  # where it is missing, that is what to say
     names = port_names()
     if not names:
         raise SpectralError("no MIDI device is connected; connect one, or use OSC")
     if name is not None and name not in names:
         raise InvalidInputError(f"no MIDI input is named {name!r}; connected: {', '.join(names)}")
-    return _mido().open_input(name or names[0])
+    return mido.open_input(name or names[0])
 
 
 def _mido() -> Any:

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Controls of the mixing board and the dial that the other tests leave alone."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("pythonosc", reason="needs python-osc: pip install 'spectral-scene[board]'")
+
+ENERGY = 'bpy.data.lights["Key"].energy'
+
+
+@pytest.fixture
+def running(stage):
+    """Start the stage's board after ``settings`` were made; stopped in the end."""
+    from blender_addon.properties import mixing_board_live
+
+    def start():
+        bpy.ops.spectral.board_start()
+        return mixing_board_live.session()
+
+    yield start
+    mixing_board_live.stop()
+
+
+def test_positions_are_sent_back_to_where_the_board_listens(stage, running):
+    """A number that is changed in Blender arrives at ``feedback_host`` and ``feedback_port``."""
+    from spectral_core.explore.board.osc import OscLink
+
+    heard = []
+    tablet = OscLink(lambda control, position, at: heard.append((control.address, position)), port=0)
+    settings = stage.spectral.board
+    settings.use_midi, settings.osc_host, settings.osc_port = False, "127.0.0.1", 0
+    settings.feedback_host, settings.feedback_port = "127.0.0.1", tablet.port
+    entry = settings.bindings.add()
+    entry.name, entry.low, entry.high, entry.control = ENERGY, 0.0, 400.0, "osc:0:/fader/1"
+    try:
+        running()
+        bpy.data.lights["Key"].energy = 100.0
+        deadline = time.monotonic() + 20
+        while not heard and time.monotonic() < deadline:
+            bpy.ops.spectral.board_poll()
+            time.sleep(0.01)
+    finally:
+        tablet.close()
+
+    assert heard[-1] == ("/fader/1", pytest.approx(0.25, abs=1e-6))
+
+
+def test_pick_up_reaches_the_board_and_unbind_takes_a_row_away(stage, running):
+    settings = stage.spectral.board
+    settings.use_midi, settings.osc_port = False, 0
+    entry = settings.bindings.add()
+    entry.name, entry.control, entry.pick_up = ENERGY, "osc:0:/fader/1", True
+    board = running().board
+    assert [binding.pick_up for binding in board.bindings] == [True]
+
+    bpy.ops.spectral.board_unbind(index=0)
+    assert not settings.bindings
+    assert board.bindings == ()
+    with pytest.raises(RuntimeError, match="there is no binding 3"):
+        bpy.ops.spectral.board_unbind(index=3)
+
+
+def test_a_midi_device_that_is_not_there_is_named_and_osc_still_listens(stage, running):
+    settings = stage.spectral.board
+    settings.use_midi, settings.midi_port, settings.osc_port = True, "BCF2000", 0
+
+    assert running().osc_port
+
+
+def test_the_selector_is_put_without_a_mouse_and_the_dial_hidden(dial):
+    assert bpy.ops.spectral.dial_play("EXEC_DEFAULT", selector=(0.25, -0.5)) == {"FINISHED"}
+    assert tuple(dial.selector) == pytest.approx((0.25, -0.5))
+    dial.show = False
+    assert not dial.show
+    assert bpy.ops.spectral.dial_stop() == {"FINISHED"}
