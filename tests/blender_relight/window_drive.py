@@ -17,19 +17,38 @@ sys.path[:0] = os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep)
 import bpy
 
 import blender_addon
+from blender_addon.panels import light_dial as dial_panels
+from blender_addon.panels import mixing_board as board_panels
 
 STEP_SECONDS = 90.0
 facts: dict = {"version": bpy.app.version_string, "errors": []}
 seen: dict = {}
+drawn_panels: set[str] = set()
+
+
+def recorded(panel):
+    """The panel, open, noting that it was drawn to its end or how it failed."""
+    draw = panel.draw
+
+    def draw_and_note(self, context):
+        try:
+            draw(self, context)
+            drawn_panels.add(panel.__name__)
+        except Exception:
+            facts["errors"].append(f"{panel.__name__}: {traceback.format_exc(limit=3)}")
+
+    panel.draw, panel.bl_options = draw_and_note, set()
+
+
+PANELS = (dial_panels.SPECTRAL_PT_dial_view, dial_panels.SPECTRAL_PT_dial_image, board_panels.SPECTRAL_PT_board)
+for each in PANELS:
+    recorded(each)
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
 bpy.ops.wm.open_mainfile(filepath=os.environ["SPECTRAL_STAGE"], load_ui=False)
 
 from blender_addon.drawing import light_dial as drawn
 from blender_addon.operators import light_dial_drag
-from blender_addon.panels import light_dial as panels
-
-panels.SPECTRAL_PT_dial_view.bl_options = set()
 
 
 def scene():
@@ -74,19 +93,24 @@ def arrange() -> None:
     others = [area for area in window().screen.areas if area.type != "VIEW_3D"]
     largest = max(others, key=lambda area: area.width * area.height)
     largest.ui_type = "IMAGE_EDITOR"
-    view().spaces.active.show_region_ui = True
+    for area in (view(), largest):
+        area.spaces.active.show_region_ui = True
+    entry = scene().spectral.board.bindings.add()
+    entry.name, entry.control = 'bpy.data.lights["Key"].energy', "osc:0:/fader/1"
 
 
 def open_tab() -> None:
-    for region in view().regions:
-        if region.type == "UI":
-            region.active_panel_category = "Spectral"
+    for area in window().screen.areas:
+        for region in area.regions:
+            if region.type == "UI" and area.type in ("VIEW_3D", "IMAGE_EDITOR"):
+                region.active_panel_category = "Spectral"
+        area.tag_redraw()
     with bpy.context.temp_override(window=window(), area=view()):
         bpy.ops.spectral.dial_show()
 
 
 def tab_open() -> bool:
-    return any(r.type == "UI" and r.active_panel_category == "Spectral" for r in view().regions)
+    return drawn_panels == {panel.__name__ for panel in PANELS}
 
 
 def play() -> None:
