@@ -92,8 +92,8 @@ def _colors(demo: DemoResult) -> str:
         f"{solution.kkt_residual:.1e}):</p><table><tr><th></th>{head}</tr>{''.join(rows)}</table>"
         "<p>Measured in the rendered pixels, along the mark's edge:</p><table><tr><th>light</th><th>ground</th>"
         f"<th>mark</th><th>mean ΔE2000</th><th>largest</th></tr>{measured}</table>"
-        "<p class='small'>Linear sRGB, white = D65; colors outside the screen's range are shown at its edge. Noise of the "
-        "render counts as difference: at few samples or a small size the mark seems to differ in daylight, too.</p>"
+        "<p class='small'>Linear sRGB, white = D65; colors outside the screen's range are shown at its edge. Noise of "
+        "the render counts as difference: at few samples or a small size the mark seems to differ in daylight, too.</p>"
     )
 
 
