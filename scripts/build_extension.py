@@ -8,6 +8,7 @@ Blender's own validator check it. ``--python 3.11`` keeps one Python only: a sma
 from __future__ import annotations
 
 import argparse
+import hashlib
 import importlib.util
 import re
 import shutil
@@ -65,7 +66,11 @@ def download(platform: str, pythons: list[str]) -> list[Path]:
 
 
 def core_wheel() -> Path:
-    """spectral_core alone as a wheel: the extension itself is the other half of the distribution."""
+    """spectral_core alone as a wheel: the extension itself is the other half of the distribution.
+
+    Its version ends in a hash of its files: Blender takes a wheel of an unchanged version for installed, and would go
+    on with yesterday's core under today's panels.
+    """
     source = ROOT / "build" / "core"
     shutil.rmtree(source, ignore_errors=True)
     skip = shutil.ignore_patterns("__pycache__")
@@ -74,6 +79,10 @@ def core_wheel() -> Path:
         shutil.copy(ROOT / name, source / name)
     text = (ROOT / "pyproject.toml").read_text()
     text = text.replace('packages = ["spectral_core", "blender_addon"]', 'packages = ["spectral_core"]')
+    digest = hashlib.sha256()
+    for path in sorted((source / "spectral_core").rglob("*")):
+        digest.update(path.read_bytes() if path.is_file() else b"")
+    text = re.sub(r'^version = "(.+)"', rf'version = "\1+{digest.hexdigest()[:8]}"', text, count=1, flags=re.MULTILINE)
     text = re.sub(r"\[project\.scripts\]\n.*?\n\n", "", text, flags=re.DOTALL)
     (source / "pyproject.toml").write_text(text)
     run(sys.executable, "-m", "build", "--wheel", "--outdir", str(source / "dist"), cwd=source)
