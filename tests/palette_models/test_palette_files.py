@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from spectral_core import datasets
 from spectral_core.color import WHITE_XYZ, linear_from_display_rgb
@@ -273,63 +271,8 @@ def test_json_errors_and_endings(tmp_path: Path) -> None:
         write_palette(tmp_path / "p.yaml", everything())
 
 
-ANYTHING = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-3, 3),
-    st.floats(),
-    st.text(max_size=4),
-    st.just([]),
-    st.just({}),
-    st.just([[1]]),
-)
-
-
-def places(document: Any, here: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    """Keys and indices that lead to every part of a document."""
-    keys = list(document) if isinstance(document, dict) else range(len(document)) if isinstance(document, list) else []
-    return [here, *(place for key in keys for place in places(document[key], (*here, key)))]
-
-
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.data())
-def test_any_document_is_read_or_refused_with_its_file(tmp_path: Path, data: st.DataObject) -> None:
-    path = tmp_path / "any.json"
-    write_palette(path, PRESETS["Metamer pair"]())
-    document = json.loads(path.read_text())
-    *way, last = data.draw(st.sampled_from([place for place in places(document) if place]))
-    part = document
-    for key in way:
-        part = part[key]
-    part[last] = data.draw(ANYTHING)
-    path.write_text(json.dumps(document))
-    try:
-        read_palette(path)
-    except FileFormatError as error:
-        assert str(path) in str(error)
-
-
 def test_a_comment_stands_on_top(tmp_path: Path) -> None:
     write_palette(tmp_path / "p.toml", everything(), comment="two\n\nlines = 3")
     text = (tmp_path / "p.toml").read_text("utf-8")
     assert text.startswith("# two\n#\n# lines = 3\n\nformat")
     assert tomllib.loads(text)["version"] == 1
-
-
-def test_the_schema_uses_no_word_that_is_not_read() -> None:
-    from spectral_core.palette.files import palette_schema
-
-    read = {"$ref", "anyOf", "const", "enum", "type", "pattern", "minimum", "properties", "required", "items"}
-    read |= {"additionalProperties", "minItems", "maxItems", "$schema", "$id", "title", "description", "$defs"}
-
-    def words(schema: Any, named: bool = False) -> set[str]:
-        if isinstance(schema, list):
-            return set().union(*(words(each) for each in schema)) if schema else set()
-        if not isinstance(schema, dict):
-            return set()
-        found = set() if named else set(schema)
-        for word, value in schema.items():
-            found |= words(value, named=not named and word in ("properties", "$defs"))
-        return found
-
-    assert words(palette_schema()) <= read
