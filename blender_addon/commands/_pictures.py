@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.color import display_rgb_from_linear
-from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.errors import InvalidInputError
 
 ENDINGS = (".png", ".exr", ".npy")
 
@@ -51,10 +51,9 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _write_exr(path: Path, linear_rgb: NDArray[Any]) -> None:
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise MissingDependencyError.package("OpenEXR", "writing EXR pictures", "render") from error
+    from spectral_core.render.spectral_exr import openexr
+
+    module = openexr()
     channels = {"RGB": np.ascontiguousarray(linear_rgb, dtype=np.float32)}
-    with OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels) as file:
+    with module.File({"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}, channels) as file:
         file.write(str(path))

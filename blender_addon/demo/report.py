@@ -50,16 +50,21 @@ def _figure(rendered: Rendered) -> str:
         f"<figure><img src='{rendered.picture.name}' alt='The vase under {escape(rendered.light.title)}'><figcaption>"
         f"{escape(rendered.light.name)}, {escape(rendered.light.title)}: in the picture's pixels the mark differs from "
         f"the glaze beside it by <b>ΔE2000 {contrast.mean:.2f}</b> in the mean ({contrast.places} places)."
+        f"{_dimmed(rendered.light.exposure)}"
         "</figcaption></figure>"
     )
 
 
+def _dimmed(exposure: float) -> str:
+    return "" if exposure == 1 else f" The lamp is set to {exposure:g} of the daylight's brightness."
+
+
 def _spectra(demo: DemoResult) -> str:
-    bright, dark = demo.solution.reflectances
+    ground, mark = demo.solution.reflectances
     lights = [datasets.illuminant(rendered.light.name) for rendered in demo.rendered]
     shown = [(Illuminant(light.name, light.grid, light.values / light.values.max()), color)
              for light, color in zip(lights, ("#4a7bb5", "#d9822b"), strict=True)]  # fmt: skip
-    glazes = chart([(bright, "#8a8f5c"), (dark, "#7a3b2e")], title="Reflectance of the two glazes", top=1.0)
+    glazes = chart([(ground, "#8a8f5c"), (mark, "#7a3b2e")], title="Reflectance of the two glazes", top=1.0)
     return (
         "<h2>Why it works</h2><div class='pair'><figure>" + glazes + "<figcaption>What the ground (green) and the mark "
         "(brown) reflect. Daylight adds all of it up; sodium asks only near 590 nm, where they differ.</figcaption>"
@@ -72,13 +77,13 @@ def _colors(demo: DemoResult) -> str:
     solution = demo.solution
     names = [light.name for light in solution.problem.lights]
     rows = []
-    for i, glaze in enumerate(("ground", "mark")):
+    for i, glaze in enumerate(item.name for item in solution.problem.reflectances):
         cells = []
         for j, name in enumerate(names):
             wanted, got = solution.target_linear_rgb[i, j], solution.actual_linear_rgb[i, j]
             cells.append(f"<td>{swatch(wanted, f'wanted under {name}')} {swatch(got, f'designed under {name}')} "
                          f"ΔE {solution.delta_e_2000[i, j]:.2f}</td>")  # fmt: skip
-        rows.append(f"<tr><th>{glaze}</th>{''.join(cells)}</tr>")
+        rows.append(f"<tr><th>{escape(glaze)}</th>{''.join(cells)}</tr>")
     measured = "".join(
         f"<tr><th>{escape(r.light.name)}</th>"
         f"<td>{swatch(r.contrast.ground_rgb)} {css_color(r.contrast.ground_rgb)}</td>"

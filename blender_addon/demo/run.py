@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from spectral_core import datasets
 from spectral_core.errors import MissingDependencyError, RenderError
-from spectral_core.palette import PaletteSolution, solve_palette
+from spectral_core.palette import PaletteReflectance, PaletteSolution, solve_palette
 from spectral_core.palette.files import write_palette
 from spectral_core.palette.files.swatches import swatches_of, write_swatches
 from spectral_core.palette.presets import hidden_mark
@@ -116,11 +116,13 @@ def _design(bpy: Any, out: Path) -> PaletteSolution:
     from ..properties.spectrum import store_spectrum
 
     problem = hidden_mark(conceal=LIGHTS[0].name, reveal=LIGHTS[1].name, color=GLAZE_COLOR, contrast=CONTRAST)
+    # The preset's brighter paint is its mark; on this vase the branch is the dark one, and the files must say so.
+    problem = replace(problem, reflectances=(PaletteReflectance("ground"), PaletteReflectance("mark")))
     solution = solve_palette(problem)
-    bright, dark = solution.reflectances
+    ground, mark = solution.reflectances
     nodes = bpy.data.materials[materials.VASE].node_tree.nodes
-    store_spectrum(nodes[materials.GROUND].spectral, bright)
-    store_spectrum(nodes[materials.MARK].spectral, dark)
+    store_spectrum(nodes[materials.GROUND].spectral, ground)
+    store_spectrum(nodes[materials.MARK].spectral, mark)
     write_palette(out / "palette.toml", problem, comment="The demo's palette: equal in daylight, apart under sodium")
     write_spectra(out / "glazes.csv", solution.reflectances)
     for suffix in ("ase", "gpl"):

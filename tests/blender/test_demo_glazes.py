@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The demo's files call its glazes by the nodes that wear them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+
+def test_ground_and_mark_are_named_alike_in_the_scene_and_in_the_files(blender, tmp_path: Path) -> None:
+    from blender_addon.demo import materials, run, still_life
+    from blender_addon.properties.spectrum import spectrum_of
+    from spectral_core.spectra_files import read_spectra
+
+    still_life.build(blender)
+    solution = run._design(blender, tmp_path)
+    nodes = blender.data.materials[materials.VASE].node_tree.nodes
+    in_file = {spectrum.name: spectrum for spectrum in read_spectra(tmp_path / "glazes.csv")}
+
+    for name, node in (("ground", materials.GROUND), ("mark", materials.MARK)):
+        np.testing.assert_allclose(spectrum_of(nodes[node]).values, in_file[name].values, atol=1e-6)
+    ground, mark = solution.actual_linear_rgb[:, 1]
+    assert ground[0] > 2 * mark[0]
