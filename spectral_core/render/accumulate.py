@@ -36,6 +36,8 @@ class _Tile:
     sums: Any
     covered: Any
     bands: Any
+    lost: Any
+    """Samples per pixel whose radiance was NaN or Inf: they count as black."""
 
 
 class Accumulator:
@@ -99,7 +101,12 @@ class Accumulator:
         # opaque: zeros that the compiler knows would make the first pass a kernel of its own
         bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
         sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
-        return _Tile(first, count, sums, dr.opaque(mi.Float, 0.0, count), bands)
+        return _Tile(first, count, sums, dr.opaque(mi.Float, 0.0, count), bands, dr.opaque(mi.UInt32, 0, count))
+
+    @property
+    def lost(self) -> int:
+        """Samples so far whose radiance was not a finite number."""
+        return sum(int(np.array(tile.lost).sum(dtype=np.int64)) for tile in self._tiles)
 
     def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
@@ -120,26 +127,26 @@ class Accumulator:
         total = dr.opaque(mi.UInt32, self.samples + samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
 
-        def body(index: Any, sums: Any, covered: Any) -> Any:
+        def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
             sampler.begin(index)
             ray, cells, within = self._ray(corner, sampler)
-            radiance, coverage = self._follow(first_hit, integrator, sampler, ray)
+            radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             if bands is not None:
                 self._scatter_bands(bands, lane, radiance, (cells, within))
-            return index + 1, sums + color, covered + coverage
+            return index + 1, sums + color, covered + coverage, lost + dr.select(finite, mi.UInt32(0), mi.UInt32(1))
 
-        _, tile.sums, tile.covered = dr.while_loop(
-            (first, tile.sums, tile.covered),
+        _, tile.sums, tile.covered, tile.lost = dr.while_loop(
+            (first, tile.sums, tile.covered, tile.lost),
             lambda index, *_: index < total,
             body,
-            labels=("index", "sums", "covered"),
+            labels=("index", "sums", "covered", "lost"),
         )
-        dr.eval(tile.sums, tile.covered, bands)
+        dr.eval(tile.sums, tile.covered, tile.lost, bands)
         dr.sync_thread()
 
-    def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any]:
-        """Radiance along a camera ray, and how much of the pixel it covers."""
+    def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
+        """Radiance along a camera ray, how much of the pixel it covers, and whether it was a finite number."""
         mi, dr = self._mi, self._dr
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
@@ -150,9 +157,10 @@ class Accumulator:
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
         passed = passed * extra[0] if has_volumes else passed
+        finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
-        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed)
+        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed), finite
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""

@@ -80,7 +80,7 @@ class RenderJob:
         except Exception as error:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
         limits = [LIMITS] if backend.is_scalar and self._first_hit.is_needed else []
-        self.notes = tuple(Note("Renderer", text) for text in (*backend.notes, *limits)) + self._loaded.notes
+        self._notes = tuple(Note("Renderer", text) for text in (*backend.notes, *limits)) + self._loaded.notes
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
         """By light group; the same one for all but where volumes have light of their own: the first group has it."""
@@ -96,6 +96,15 @@ class RenderJob:
 
         first, *others = names
         return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What is rendered as something near to it, and samples that came out as no number."""
+        lost = sum(sums.lost for sums in self._sums.values())
+        if not lost:
+            return self._notes
+        text = f"{lost} samples were not finite numbers and count as black; look for extreme lights or materials"
+        return (*self._notes, Note("Renderer", text))
 
     @property
     def samples(self) -> int:

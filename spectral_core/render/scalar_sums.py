@@ -29,6 +29,8 @@ class ScalarSums:
 
     def __init__(self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None) -> None:
         self._mi, self.film, self.samples = mitsuba, film, 0
+        self.lost = 0
+        """Samples so far in pixels that a pass gave as NaN or Inf: they count as black."""
         self._plan = wavelengths
         self._sensor = mitsuba.load_dict(_sensor(mitsuba, camera_frame(camera, film), film, wavelengths))
         width, height = film.size
@@ -39,6 +41,7 @@ class ScalarSums:
         seed = (self.film.seed * 2654435761 + self.samples * 97 + 1) & 0xFFFFFFFF
         mean = self._mi.render(first_hit.scene, sensor=self._sensor, integrator=integrator, spp=samples, seed=seed)
         mean = np.array(mean, dtype=np.float64)[::-1, :, : self._sums.shape[2]]
+        self.lost += samples * int((~np.isfinite(mean)).any(axis=2).sum())
         self._sums += np.where(np.isfinite(mean), mean, 0.0) * samples
         self.samples += samples
         yield 1.0
