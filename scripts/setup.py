@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / "bin" / "python"
 STAMP = VENV / ".set-up"
-OLDEST_LLVM = 15  # older ones abort in drjit's code generation: "Cannot select: fminimum"
+OLDEST_LLVM = 17  # 15 and 16 abort in drjit's code generation: "Cannot select: fminimum"
 
 # library that bpy or drjit links to -> Debian and Ubuntu package that holds it
 LINKED_LIBRARIES = {
@@ -85,7 +85,7 @@ def system_libraries() -> None:
     if not missing and not llvm_missing:
         return
     if not shutil.which("apt-get"):
-        needed = ", ".join([*missing, *(["LLVM 15 or newer (libLLVM.so)"] if llvm_missing else [])])
+        needed = ", ".join([*missing, *([f"LLVM {OLDEST_LLVM} or newer (libLLVM.so)"] if llvm_missing else [])])
         say(f"no apt-get here; install by your own means: {needed}")
         if missing:
             sys.exit(1)

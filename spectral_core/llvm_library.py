@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The LLVM library that Dr.Jit is to load: by itself it takes the first it finds, and crashes with one before 15."""
+"""The LLVM library that Dr.Jit is to load: by itself it takes the first it finds, and one before 17 ends the process.
+
+Those before 17 cannot select x86's fminimum and fmaximum, which Dr.Jit emits for every min and max (tried: 15.0.6 and
+16.0.6 abort, 19.1.7 works).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,11 @@ import re
 import sys
 from pathlib import Path
 
-OLDEST_LLVM = 15
+OLDEST_LLVM = 17
+LLVM_INSTALL_HINT = (
+    f"install LLVM {OLDEST_LLVM} or newer (Debian and Ubuntu: sudo apt install libllvm19 or the newest libllvm; macOS: "
+    "brew install llvm; Windows: the LLVM installer), or name its shared library in DRJIT_LIBLLVM_PATH"
+)
 _PLACES = {
     "linux": (
         "/usr/lib/*/libLLVM*.so*", "/usr/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*", "/usr/local/lib/libLLVM*.so*",
@@ -23,7 +31,7 @@ _PLACES = {
 
 
 def find_llvm() -> tuple[str, int] | None:
-    """Path and major version of the newest LLVM shared library from version 15 on; None where there is none.
+    """Path and major version of the newest LLVM shared library from ``OLDEST_LLVM`` on; None where there is none.
 
     ``DRJIT_LIBLLVM_PATH`` wins when it is set. A library whose name tells no version counts as new enough.
     """

@@ -102,7 +102,9 @@ def _renderer() -> list[Finding]:
         "from spectral_core.render import render_scene; from spectral_core.scene import *\n"
         "import numpy as np\n"
         "camera, film = Camera(world_from_camera=np.eye(4)), Film(2, 2, samples=1)\n"
-        "render_scene(Scene(camera=camera, film=film, world=World(gray(1.0))))"
+        "render_scene(Scene(camera=camera, film=film, world=World(gray(1.0))))\n"
+        "import drjit as dr, mitsuba as mi\n"
+        "dr.eval(dr.maximum(dr.opaque(mi.Float, 1.0), 0.5))"  # what an LLVM that is too old cannot compile
     )
     done = subprocess.run([sys.executable, "-c", trial], capture_output=True, text=True)
     found = ", ".join(backend.get("variant", {}).values())

@@ -2,7 +2,7 @@
 """Which Mitsuba renders: CUDA on request, LLVM where its library is new enough, scalar code otherwise.
 
 Nothing here imports Mitsuba before the LLVM library is chosen: Dr.Jit loads whatever ``DRJIT_LIBLLVM_PATH`` names at
-its first use, and crashes with LLVM older than 15.
+its first use, and LLVM older than 17 ends the process.
 """
 
 from __future__ import annotations
@@ -13,14 +13,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
-from spectral_core.llvm_library import OLDEST_LLVM, find_llvm
+from spectral_core.llvm_library import LLVM_INSTALL_HINT, OLDEST_LLVM, find_llvm
 
 Transport = Literal["rgb", "spectral"]
-
-LLVM_INSTALL_HINT = (
-    "install LLVM 15 or newer (Debian and Ubuntu: sudo apt install libllvm19 or the newest libllvm; macOS: brew "
-    "install llvm; Windows: the LLVM installer), or name its shared library in DRJIT_LIBLLVM_PATH"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +54,9 @@ def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
     if kind != "scalar" and llvm is not None:
         return Backend(f"llvm_ad_{transport}", tuple(notes), llvm[0])
     if kind != "scalar":
-        notes.append(f"no LLVM library was found, so the slower scalar renderer is used; {LLVM_INSTALL_HINT}")
+        notes.append(
+            f"no LLVM library from version {OLDEST_LLVM} on was found, so the slower scalar renderer is used; {LLVM_INSTALL_HINT}"
+        )
     return Backend(f"scalar_{transport}", tuple(notes))
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, MissingDependencyError
-from spectral_core.llvm_library import use_newest_llvm
+from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_llvm
 from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
 from spectral_core.volume.field import ScalarVolume
@@ -234,10 +234,8 @@ def array_types(backend: str) -> Any:
     except ImportError as error:
         raise MissingDependencyError.package("drjit", "rendering volumes", "render") from error
     wanted = dr.JitBackend.LLVM if backend == "llvm" else dr.JitBackend.CUDA
-    if not dr.has_backend(wanted):
-        remedy = (
-            "install LLVM 15 or newer and set DRJIT_LIBLLVM_PATH to libLLVM.so" if backend == "llvm" else "use llvm"
-        )
+    if (backend == "llvm" and find_llvm() is None) or not dr.has_backend(wanted):
+        remedy = LLVM_INSTALL_HINT if backend == "llvm" else "use llvm"
         raise MissingDependencyError(f"Dr.Jit finds no {backend} here; {remedy}")
     return drjit.llvm if backend == "llvm" else drjit.cuda
 

@@ -44,7 +44,7 @@ def drjit_there():
     from spectral_core.render.variant import find_llvm
 
     if find_llvm() is None:
-        pytest.skip("no LLVM 15 or newer here")
+        pytest.skip("no LLVM 17 or newer here")
 
 
 @needs_drjit
