@@ -55,7 +55,8 @@ def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
         return Backend(f"llvm_ad_{transport}", tuple(notes), llvm[0])
     if kind != "scalar":
         notes.append(
-            f"no LLVM library from version {OLDEST_LLVM} on was found, so the slower scalar renderer is used; {LLVM_INSTALL_HINT}"
+            f"no LLVM library from version {OLDEST_LLVM} on was found, so the slower scalar renderer is used; "
+            f"{LLVM_INSTALL_HINT}"
         )
     return Backend(f"scalar_{transport}", tuple(notes))
 
