@@ -58,11 +58,11 @@ def voxel_statistics(volume: ScalarVolume, window: int) -> BrickStatistics:
     from scipy import ndimage
 
     data = volume.data.transpose(2, 1, 0).astype(np.float32)
-    square = np.zeros_like(data)
+    slope = np.zeros_like(data)
     for axis in range(3):
         if data.shape[axis] > 1:
-            square += np.gradient(data, axis=axis) ** 2
-    slope = ndimage.maximum_filter(np.sqrt(square), size=2 * window + 1, mode="nearest")
+            slope = np.hypot(slope, np.gradient(data, axis=axis))  # whose squares may be beyond float32
+    slope = ndimage.maximum_filter(slope, size=2 * window + 1, mode="nearest")
     low = ndimage.minimum_filter(data, size=3, mode="nearest")
     high = ndimage.maximum_filter(data, size=3, mode="nearest")
     return BrickStatistics(1, True, low, high, slope, np.zeros_like(data))
@@ -83,14 +83,14 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     padded: NDArray[Any] = data[before:after].astype(wide, copy=False)
     bends = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
     bend = _reduce(np.maximum(np.maximum(bends[0], bends[1]), bends[2]), edge, np.maximum)
-    square = np.zeros(bend.shape, np.float32)
+    slope = np.zeros(bend.shape, np.float32)
     inner = padded[start - before : stop - before]
     for axis in range(3):
         if inner.shape[axis] > 1:
             rise = np.abs(np.diff(inner, axis=axis))
-            square += _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32) ** 2
+            slope = np.hypot(slope, _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32))
     low, high = _single(_reduce(part, edge, np.minimum), -np.inf), _single(_reduce(part, edge, np.maximum), np.inf)
-    return low, high, np.sqrt(square), bend.astype(np.float32)
+    return low, high, slope, bend.astype(np.float32)
 
 
 def _single(bound: NDArray[Any], outward: float) -> Array:

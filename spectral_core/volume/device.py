@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Field, step grid and transfer table where the march reads them: Dr.Jit arrays of one back end.
+"""Field and transfer table where the march reads them: Dr.Jit arrays of one back end.
 
 ``types`` is a Dr.Jit array module: ``drjit.llvm`` or ``drjit.cuda``, their ``.ad`` forms (Mitsuba's variants), or
 ``drjit.scalar``. All sizes are opaque variables, so a march is compiled once and serves every field.
@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.volume.arithmetic import bounded, larger
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.rules import EMPTY, StepGrid
 from spectral_core.volume.tables import TransferTable
 
 _PACKED_LIMIT = 1 << 28  # voxels; four bytes each
@@ -42,13 +42,13 @@ class DeviceVolume:
         if self.is_byte:
             self.unit = 1.0
         self.packed = self.is_byte and data.size <= _PACKED_LIMIT and not is_scalar(types)
-        self.sizes = _opaque(types.UInt32, volume.shape)
-        self.last = _opaque(types.Float, [n - 1 for n in volume.shape])
-        self.below = _opaque(types.UInt32, [max(n - 2, 0) for n in volume.shape])
+        self.sizes = opaque(types.UInt32, volume.shape)
+        self.last = opaque(types.Float, [n - 1 for n in volume.shape])
+        self.below = opaque(types.UInt32, [max(n - 2, 0) for n in volume.shape])
         strides = (1, volume.shape[0], volume.shape[0] * volume.shape[1])
-        self.strides = _opaque(types.UInt32, strides)
+        self.strides = opaque(types.UInt32, strides)
         # A neighbour beyond a single slice is the slice itself.
-        self.hops = _opaque(types.UInt32, [s if n > 1 else 0 for s, n in zip(strides, volume.shape, strict=True)])
+        self.hops = opaque(types.UInt32, [s if n > 1 else 0 for s, n in zip(strides, volume.shape, strict=True)])
         self.store = self._upload(data)
 
     def _upload(self, data: NDArray[Any]) -> Any:
@@ -74,7 +74,7 @@ class DeviceVolume:
         if is_scalar(types):
             n = self.volume.shape
             return self.store.eval([(p[a] + 0.5) / n[a] for a in range(3)])[0]
-        clamped = [dr.clip(p[a], 0.0, self.last[a]) for a in range(3)]
+        clamped = [bounded(p[a], 0.0, self.last[a]) for a in range(3)]
         cell = [dr.minimum(types.UInt32(clamped[a]), self.below[a]) for a in range(3)]
         x, y, z = (clamped[a] - types.Float(cell[a]) for a in range(3))
         first = dr.fma(dr.fma(cell[2], self.sizes[1], cell[1]), self.sizes[0], cell[0])
@@ -97,82 +97,37 @@ class DeviceVolume:
         return _mix(_mix(c00, c10, y), _mix(c01, c11, y), z)
 
 
-class DeviceGrid:
-    """A step grid, read by ``at(p)``; ``low`` and ``high`` bound in index space what it shows."""
-
-    def __init__(self, types: Any, grid: StepGrid, shape: tuple[int, int, int]) -> None:
-        self.types, self.grid = types, grid
-        counts = grid.words.shape[::-1]
-        self.low, self.high = (_opaque(types.Float, bound) for bound in grid.bounds(shape))
-        self.edge = _opaque(types.Float, [float(grid.edge)])[0]
-        self.inverse_edge = _opaque(types.Float, [1.0 / grid.edge])[0]
-        self.shift = _opaque(types.Float, [0.5 if grid.centred else 0.0])[0]
-        self.counts = _opaque(types.Float, counts)
-        self.strides = _opaque(types.UInt32, (counts[0], counts[0] * counts[1]))
-        self.longest = _opaque(types.Float, [min(grid.longest, 1e30)])[0]
-        flat = np.ascontiguousarray(grid.words).ravel()
-        self.words: Any = flat if is_scalar(types) else types.UInt32(flat)
-
-    def at(self, p: Any, active: Any) -> tuple[Any, list[Any]]:
-        """(word, brick coordinates as floats) at index-space point ``p``."""
-        import drjit as dr
-
-        types = self.types
-        brick = [
-            dr.clip(dr.floor((p[a] + self.shift) * self.inverse_edge), 0.0, self.counts[a] - 1.0) for a in range(3)
-        ]
-        b = [types.UInt32(c) for c in brick]
-        index = b[0] + b[1] * self.strides[0] + b[2] * self.strides[1]
-        if is_scalar(types):
-            return int(self.words[int(index)]), brick
-        return dr.gather(types.UInt32, self.words, index, active), brick
-
-    def relative_step(self, word: Any) -> Any:
-        """Step in voxels at scale 1; not above zero where the word is a leap."""
-        import drjit as dr
-
-        if is_scalar(self.types):
-            return float(np.uint32(word).view(np.float32)) if word < EMPTY else -1.0
-        return dr.reinterpret_array(self.types.Float, word)
-
-    def leap(self, p: list[Any], inverse: list[Any], brick: list[Any], word: Any) -> Any:
-        """Length along the ray to the end of the empty cube of bricks ahead; never less than 0.002."""
-        import drjit as dr
-
-        types = self.types
-        bits = types.UInt32(0)
-        for a in range(3):
-            bits += dr.select(inverse[a] > 0, types.UInt32(0), types.UInt32(3 << a))
-        level = types.Float((word >> bits) & 7)
-        distance = dr.fma(level * 0.5, level + 1.0, 1.0)
-        length = types.Float(1e9)
-        for a in range(3):
-            face = dr.select(inverse[a] > 0, brick[a] + distance, brick[a] + 1.0 - distance) * self.edge - self.shift
-            along = (face - p[a]) * inverse[a]
-            # Negative: in the outer half voxel and on the way out. Over 1e4: (nearly) parallel to these faces.
-            crosses = (along >= 0) & (dr.abs(inverse[a]) < 1e4)
-            length = dr.minimum(length, dr.select(crosses, along, 1e9))
-        return length + 2e-3
-
-
 class DeviceTable:
-    """A transfer table; ``record(x)`` gathers one cell in one packet."""
+    """A transfer table; ``record(x)`` reads one cell in one packet.
 
-    def __init__(self, types: Any, table: TransferTable, volume: DeviceVolume, integrals: bool) -> None:
+    A record holds the values of the columns, their rises, with ``integrals`` their running integrals, and with
+    ``clearance`` how far away the next value is that shows something, and the rise of that.
+    """
+
+    def __init__(
+        self, types: Any, table: TransferTable, volume: DeviceVolume, *, integrals: bool, clearance: bool
+    ) -> None:
         self.types, self.table = types, table
         self.columns = table.columns.shape[1]
-        flat = table.nodes_with_slopes
+        blocks = [table.nodes_with_slopes]
         if integrals:
-            below = np.vstack([table.integrals[:1], table.integrals])
-            flat = np.hstack([flat, below.astype(np.float32)])
+            blocks.append(np.vstack([table.integrals[:1], table.integrals]).astype(np.float32))
+        self.clear_at = sum(block.shape[1] for block in blocks)
+        flat = np.hstack([*blocks, table.clearance] if clearance else blocks)
         parts = [_padded(flat[:, start : start + _PACKET]) for start in range(0, flat.shape[1], _PACKET)]
         per_value = table.cells / (table.high - table.low)
-        self.scale = _opaque(types.Float, [volume.unit * per_value])[0]
-        self.offset = _opaque(types.Float, [(volume.base - table.low) * per_value])[0]
-        self.cells = _opaque(types.Float, [float(table.cells)])[0]
-        self.close = _opaque(types.Float, [max(1.0, table.cells / 2048)])[0]
+        self.scale = opaque(types.Float, [volume.unit * per_value])[0]
+        self.offset = opaque(types.Float, [(volume.base - table.low) * per_value])[0]
+        self.cells = opaque(types.Float, [float(table.cells)])[0]
+        self.close = opaque(types.Float, [max(1.0, table.cells / 2048)])[0]
         self.widths = [part.shape[1] for part in parts]
-        self.stores: list[Any] = [part if is_scalar(types) else types.Float(part.ravel()) for part in parts]
+        self.stores: list[Any] = [part if is_scalar(types) else types.Float(_aligned(part.ravel())) for part in parts]
+
+    def clear(self, part: Any, record: list[Any]) -> Any:
+        """How far, in cells, a data value is from the next one that shows something; zero where it does itself."""
+        import drjit as dr
+
+        return dr.fma(part, record[self.clear_at + 1], record[self.clear_at])
 
     def position(self, stored: Any) -> Any:
         """Table coordinate, in cells from the first node, of a stored data value."""
@@ -185,8 +140,8 @@ class DeviceTable:
         import drjit as dr
 
         types = self.types
-        cell = types.UInt32(dr.clip(x + 1.0, 0.0, self.cells + 1.0))
-        part = x - dr.maximum(types.Float(cell) - 1.0, 0.0)
+        cell = types.UInt32(bounded(x + 1.0, 0.0, self.cells + 1.0))
+        part = x - larger(types.Float(cell) - 1.0, 0.0)
         if is_scalar(types):
             return part, [float(v) for store in self.stores for v in store[int(cell)]]
         record = []
@@ -194,6 +149,15 @@ class DeviceTable:
             packet = dr.gather(types.ArrayXf, store, cell, active, shape=(width, dr.width(x)))
             record += [packet[i] for i in range(width)]
         return part, record
+
+
+def _aligned(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The same on a 64-byte boundary: elsewhere Dr.Jit falls back, unasked, to one gather per number of a packet."""
+    room = np.empty(values.nbytes + 64, np.uint8)
+    start = -room.ctypes.data % 64
+    place: NDArray[np.float32] = room[start : start + values.nbytes].view(np.float32)
+    place[:] = values
+    return place
 
 
 def _padded(columns: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -218,7 +182,7 @@ def _mix(a: Any, b: Any, t: Any) -> Any:
     return dr.fma(b - a, t, a)
 
 
-def _opaque(kind: Any, values: Any) -> list[Any]:
+def opaque(kind: Any, values: Any) -> list[Any]:
     """Constants that a kernel reads from memory, so that other values do not make another kernel."""
     import drjit as dr
 

@@ -17,7 +17,7 @@ import numpy as np
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march import QUADRATURES
+from spectral_core.volume.march_input import QUADRATURES
 from spectral_core.volume.presets import preset
 from spectral_core.volume.rules import RULES
 from spectral_core.volume.transfer import TransferFunction

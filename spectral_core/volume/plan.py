@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.volume.march import QUADRATURES, Quadrature
+from spectral_core.volume.march_input import QUADRATURES, REFERENCE, USUAL, Limits, Quadrature
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
 from spectral_core.volume.rules import RULES, Rule
 from spectral_core.volume.transfer import TransferFunction
@@ -144,9 +144,9 @@ class Pilot:
         self.pixels = (renderer.types.Float(x), renderer.types.Float(y))
         self._seen: dict[Stepping, Trial] = {}
         fine = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated")
-        self.reference_scale, coarse = 0.5, self._march(fine, 1e-7)[0]
+        self.reference_scale, coarse = 0.5, self._march(fine, REFERENCE)[0]
         while True:
-            self.reference = self._march(replace(fine, scale=self.reference_scale), 1e-7)[0]
+            self.reference = self._march(replace(fine, scale=self.reference_scale), REFERENCE)[0]
             # Halving the step takes off three quarters of the error, so the finer is 12 dB better than they differ by.
             if snr_db(self.reference, coarse - self.reference) > quality_db + 6.0 or self.reference_scale < 0.02:
                 break
@@ -183,14 +183,14 @@ class Pilot:
             slope = float(np.clip(measured, 2.0 * slope, 0.4 * slope))
         return here + float(np.clip((quality_db - near[0].snr_db) / slope, -2.5, 2.5))
 
-    def _march(self, stepping: Stepping, least_transmittance: float = 1e-5) -> tuple[Array, float, float]:
+    def _march(self, stepping: Stepping, limits: Limits = USUAL) -> tuple[Array, float, float]:
         channels = self.renderer.trace(
             self.view,
             self.transfer,
             stepping,
             self.pixels,
             counts=True,
-            least_transmittance=least_transmittance,
+            limits=limits,
         )
         k = len(self.transfer.materials)
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)

@@ -88,7 +88,7 @@ class SceneFields:
         self.placed = []
         for number, (item, renderer) in enumerate(zip(self.items, self.renderers, strict=True)):
             stepping = self._stepping(number, item, view or View.around(item.volume))
-            data = renderer.prepare(item.transfer).march_input(stepping, 1e-5)
+            data = renderer.prepare(item.transfer).march_input(stepping)
             matrix = item.volume.to_index
             linear = [[_number(self.types, matrix[a, b]) for b in range(3)] for a in range(3)]
             self.placed.append(Placed(data, linear, [_number(self.types, matrix[a, 3]) for a in range(3)]))

@@ -15,10 +15,12 @@ from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_llvm
 from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
-from spectral_core.volume.device import DeviceGrid, DeviceTable, DeviceVolume
+from spectral_core.volume.device import DeviceTable, DeviceVolume
+from spectral_core.volume.device_grid import DeviceGrid
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.gradient import gradient_magnitude
-from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Quadrature, Rays, clip_to_box, march
+from spectral_core.volume.march import march
+from spectral_core.volume.march_input import USUAL, Limits, MarchInput, Quadrature, Rays, clip_to_box
 from spectral_core.volume.rules import RangeTables, Rule, step_grid
 from spectral_core.volume.tables import TransferTable, tabulate
 from spectral_core.volume.transfer import TransferFunction
@@ -143,7 +145,7 @@ class VolumeRenderer:
         pixels: tuple[Any, Any],
         *,
         counts: bool = False,
-        least_transmittance: float = LEAST_TRANSMITTANCE,
+        limits: Limits = USUAL,
         order: Any = None,
     ) -> list[NDArray[Any]]:
         """March the rays through picture places ``pixels`` (x and y arrays, in pixels).
@@ -153,7 +155,7 @@ class VolumeRenderer:
         """
         import drjit as dr
 
-        data = self.prepare(transfer).march_input(stepping, least_transmittance)
+        data = self.prepare(transfer).march_input(stepping, limits)
         rays = self._rays(view, pixels, data.grid)
         out = march(data, rays, counts=counts)
         channels = [*out.amounts, out.transmittance, *([out.samples, out.steps] if counts else [])]
@@ -187,10 +189,10 @@ class PreparedTransfer:
         self.gradient, self.weights = gradient, None
         if gradient and self.table.weights is not None:
             over = TransferTable(0.0, highest, self.table.weights, len(transfer.materials))
-            self.weights = DeviceTable(renderer.types, over, gradient, False)
+            self.weights = DeviceTable(renderer.types, over, gradient, integrals=False, clearance=False)
         self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
         self._grids: dict[Rule, DeviceGrid] = {}
-        self._tables: dict[Quadrature, DeviceTable] = {}
+        self._tables: dict[tuple[bool, bool], DeviceTable] = {}
 
     def grid(self, rule: Rule) -> DeviceGrid:
         """The step grid of ``rule`` on the device."""
@@ -199,24 +201,30 @@ class PreparedTransfer:
             self._grids[rule] = DeviceGrid(self.renderer.types, made, self.renderer.volume.shape)
         return self._grids[rule]
 
-    def march_input(self, stepping: Stepping, least_transmittance: float) -> MarchInput:
+    def march_input(self, stepping: Stepping, limits: Limits = USUAL) -> MarchInput:
         """What ``march`` takes; numbers that may change without another kernel are opaque."""
         import drjit as dr
 
         types, quadrature = self.renderer.types, stepping.quadrature
         with_integrals = quadrature == "preintegrated"
-        if quadrature not in self._tables:
-            self._tables[quadrature] = DeviceTable(types, self.table, self.renderer.device_volume, with_integrals)
-        scale, floor = (dr.opaque(types.Float, float(v)) for v in (stepping.scale, least_transmittance))
+        grid = self.grid(stepping.rule)
+        kind = (with_integrals, grid.grid.clears)
+        if kind not in self._tables:
+            device = self.renderer.device_volume
+            self._tables[kind] = DeviceTable(types, self.table, device, integrals=kind[0], clearance=kind[1])
+        scale, floor, boldest = (
+            dr.opaque(types.Float, float(v)) for v in (stepping.scale, limits.least_transmittance, limits.boldest)
+        )
         if self.gradient and with_integrals:
             raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
         return MarchInput(
             self.renderer.device_volume,
-            self.grid(stepping.rule),
-            self._tables[quadrature],
+            grid,
+            self._tables[kind],
             scale,
             quadrature,
             floor,
+            boldest,
             self.gradient,
             self.weights,
         )

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Step rules: one float per brick, for a field and a transfer function.
 
-A positive number is the relative step in voxels, to be multiplied by the step scale. Where a brick shows nothing, the
-sign bit is set and the others hold, in three bits for each octant of ray directions, how large a cube of bricks
-ahead is empty too (``LEAPS``), so a ray leaves a surface in one leap although the surface is near behind it. All rules
-fill the same grid, and one march reads it, with one gather per turn.
+A positive number is the relative step in voxels, to be multiplied by the step scale. In `error`'s, the lower 16 bits
+hold another, the upper half of a float32: how far at least a ray goes while the data value moves by one cell of the
+transfer table. Values that are many cells away from all that shows are thus passed in few steps, as in sphere tracing
+(Hart 1996), however fine the brick's own step is. Where a brick shows nothing, the sign bit is set and the others hold,
+in three bits for each octant of ray directions, how large a cube of bricks ahead is empty too (``LEAPS``), so a ray
+leaves a surface in one leap although the surface is near behind it. All rules fill the same grid, and one march reads
+it, with one gather per turn.
 """
 
 from __future__ import annotations
@@ -33,7 +36,8 @@ class StepGrid:
     """Steps and leaps of one rule: ``words`` (bz, by, bx) as the module says, float32 or bits, as uint32.
 
     ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that), and
-    ``weighs_transmittance`` says that the step grows as T^(-1/4) where light from further on hardly counts.
+    ``weighs_transmittance`` says that the step grows as T^(-1/4) where light from further on hardly counts, and
+    ``clears`` that words tell how far a ray may go through values that show nothing.
     """
 
     rule: Rule
@@ -42,6 +46,7 @@ class StepGrid:
     words: NDArray[np.uint32]
     longest: float
     weighs_transmittance: bool
+    clears: bool = False
 
     @property
     def occupied(self) -> float:
@@ -127,6 +132,11 @@ class RangeTables:
             change += _over_ranges(most[:, k], np.maximum) - _over_ranges(least[:, k], np.minimum)
         return change
 
+    def voxels_per_cell(self, slope: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Voxels in which a value that changes by at most ``slope`` per voxel moves by one cell of the table."""
+        cell = (self.table.high - self.table.low) / self.table.cells
+        return (cell / np.maximum(slope, 1e-9 * cell)).astype(np.float32)
+
     def bins(self, values: NDArray[np.float32]) -> NDArray[np.intp]:
         """Bin of each data value; values beyond the table count as its ends."""
         scale = _BINS / (self.table.high - self.table.low)
@@ -156,8 +166,17 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
             relative = np.cbrt(typical / np.maximum(rough, 1e-3 * typical))
         else:  # most bricks are level
             relative = np.where(rough > 0, 1.0, longest)
-    words = np.where(shows, relative.astype(np.float32).view(np.uint32), leaps)
-    return StepGrid(rule, edge, statistics.centred, words, longest, rule == "error")
+    steps = relative.astype(np.float32).view(np.uint32)
+    adapts = rule == "error"
+    if adapts:
+        steps = (steps & np.uint32(0xFFFF0000)) | _upper_half(ranges.voxels_per_cell(statistics.slope))
+    words = np.where(shows, steps, leaps)
+    return StepGrid(rule, edge, statistics.centred, words, longest, adapts, adapts)
+
+
+def _upper_half(values: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Sign, exponent and first mantissa bits of float32: not above the value, and at most 1/128 under it."""
+    return values.view(np.uint32) >> np.uint32(16)
 
 
 def essential_frequency(table: TransferTable, energy: float = 0.99) -> float:

@@ -11,7 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.march import LEAST_TRANSMITTANCE, MarchInput, Rays, clip_to_box, mean_attenuation
+from spectral_core.volume.arithmetic import bounded, larger, smaller
+from spectral_core.volume.march import mean_attenuation
+from spectral_core.volume.march_input import USUAL, MarchInput, Rays, clip_to_box
 from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
 
 _FAR = 1e30
@@ -57,7 +59,7 @@ class Placed:
         offset = [(inside.origin[a] - point[a]) * along[a] for a in range(3)]
         begin = (offset[0] + offset[1] + offset[2]) * world
         length = dr.clip((ray.end - begin) * speed, 0.0, inside.length)
-        return Rays(inside.origin, inside.direction, inside.inverse, length, world), begin
+        return Rays(inside.origin, inside.direction, length, world, inside.line), begin
 
 
 def march_scene(
@@ -76,13 +78,13 @@ def march_scene(
     last = zero
     for rays, begin in parts:
         filled = rays.length > 0
-        first = dr.minimum(first, dr.select(filled, begin, _FAR))
-        last = dr.maximum(last, dr.select(filled, begin + rays.length * rays.world, 0.0))
+        first = smaller(first, dr.select(filled, begin, _FAR))
+        last = larger(last, dr.select(filled, begin + rays.length * rays.world, 0.0))
     materials = sum(volume.data.materials for volume in volumes)
     state = (first, zero + 1.0, [zero + 0.0 for _ in range(materials)], light, sampler)
 
     def going(t: Any, seen: Any, *_: Any) -> Any:
-        return (t < last) & (seen > LEAST_TRANSMITTANCE)
+        return (t < last) & (seen > USUAL.least_transmittance)
 
     def turn(t: Any, seen: Any, amounts: list[Any], light: Any, sampler: Any) -> tuple[Any, ...]:
         after, source, extinction = _advance(volumes, parts, t, seen, last)
@@ -113,9 +115,9 @@ def _advance(
     looks = [_look(volume.data, rays, begin, t, seen) for volume, (rays, begin) in zip(volumes, parts, strict=True)]
     step = last - t
     for ahead, _ in looks:
-        step = dr.minimum(step, ahead)
+        step = smaller(step, ahead)
     # A step too short for float32 to show would never end.
-    after = dr.maximum(t + step, t * (1.0 + 3e-7))
+    after = larger(t + step, t * (1.0 + 3e-7))
     source: list[Any] = []
     extinction = step * 0.0
     for volume, (rays, begin), (_, shows) in zip(volumes, parts, looks, strict=True):
@@ -134,13 +136,12 @@ def _look(data: MarchInput, rays: Rays, begin: Any, t: Any, seen: Any) -> tuple[
     local = (t - begin) / rays.world
     # What is left of a field below 1e-4 of a voxel may vanish in float32's rounding of t, and is left out.
     inside = (local > -1e-3) & (local < rays.length - 1e-4)
-    here = rays.at(local + 1e-3)
-    word, brick = data.grid.at(here, inside)
-    shows = inside & (word < int(EMPTY))
-    step = data.grid.relative_step(word) * data.scale
+    place = rays.line.look(local, inside)
+    shows = inside & (place.word < int(EMPTY))
+    step = data.grid.relative_step(place.word) * data.scale
     if data.grid.grid.weighs_transmittance:
-        step *= dr.rsqrt(dr.sqrt(dr.maximum(seen, 1e-6)))
-    step = dr.minimum(dr.clip(step, SHORTEST_STEP, data.grid.longest), rays.length - local)
-    ahead = dr.select(shows, step, data.grid.leap(here, rays.inverse, brick, word)) * rays.world
+        step *= dr.rsqrt(dr.sqrt(larger(seen, 1e-6)))
+    step = smaller(bounded(step, SHORTEST_STEP, data.grid.longest), rays.length - local)
+    ahead = dr.select(shows, step, rays.line.leap(place)) * rays.world
     waiting = dr.select((local <= -1e-3) & (rays.length > 0), begin - t, _FAR)
     return dr.select(inside, ahead, waiting), shows

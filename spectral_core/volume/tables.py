@@ -47,6 +47,24 @@ class TransferTable:
         return _extended(self.columns)
 
     @cached_property
+    def clearance(self) -> NDArray[np.float32]:
+        """(nodes + 1, 2): distance in cells to the next cell that shows anything, and its rise; rows as above.
+
+        Linear inside each cell, and there never more than the true distance.
+        """
+        from scipy import ndimage
+
+        shown = (self.columns > 0).any(axis=1)
+        if not shown.any():
+            return np.tile(np.array([[1e9, 0.0]], np.float32), (len(shown) + 1, 1))
+        near = shown.copy()
+        near[1:] |= shown[:-1]
+        near[:-1] |= shown[1:]
+        distance = ndimage.distance_transform_edt(~near)
+        rise = np.concatenate([[shown[0] - 1.0], np.diff(distance), [1.0 - shown[-1]]])
+        return np.column_stack([np.append(distance[:1], distance), rise]).astype(np.float32)
+
+    @cached_property
     def integrals(self) -> Array:
         """(nodes, C): ∫ of the columns from the first node, in cells, exact for the piecewise linear columns."""
         pieces = 0.5 * (self.columns[1:] + self.columns[:-1])

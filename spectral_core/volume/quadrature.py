@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a turn of the march moves on and what it sees: at the middle of the step, or as means over it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_core.volume.arithmetic import larger, smaller
+from spectral_core.volume.device import DeviceTable
+from spectral_core.volume.march_input import MarchInput, Rays
+
+_FAR = 1e9
+_GROWTH = 1.3  # of boldness, per step that missed nothing
+_UNLIKELY = 0.67  # of a brick's steepest slope; misses then stay 70 dB under the picture
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """What lies before a turn: whether it ``steps`` or leaps, and lengths in index units.
+
+    ``planned`` is the step of the rule; ``leap`` ends past the empty bricks, or past this one if it shows something.
+    ``per_cell`` is how far a ray goes at least in this brick while the data value moves by one cell of the table.
+    """
+
+    steps: Any
+    planned: Any
+    leap: Any
+    per_cell: Any = None
+
+    def clear(self, cells: Any) -> Any:
+        """How far nothing can show in this brick, where the data value is ``cells`` from what shows."""
+        return smaller(cells * self.per_cell, self.leap)
+
+
+def midpoint(
+    data: MarchInput, rays: Rays, now: dict[str, Any], after: dict[str, Any], ahead: Ahead
+) -> tuple[Any, list[Any], Any]:
+    """(step, sources, extinction) from the middle of the step; what is known to be clear before it is passed over.
+
+    After a leap the value at its end is looked up instead, so that the next turn knows how much is clear there.
+    """
+    import drjit as dr
+
+    s, table, clears = now["s"], data.table, data.grid.grid.clears
+    start = smaller(s + ahead.clear(now["clear"]), rays.length) if clears else s
+    end = dr.select(ahead.steps, start + smaller(ahead.planned, rays.length - start), s + ahead.leap)
+    # What float32 really added: steps much shorter than s are rounded, always the same way over many of them.
+    step = end - start
+    point = rays.at(dr.select(ahead.steps, dr.fma(step, 0.5, start), end) if clears else dr.fma(step, 0.5, start))
+    part, record = table.record(table.position(data.volume.value(point, True)), True)
+    columns = [dr.fma(part, record[c + table.columns], record[c]) for c in range(table.columns)]
+    after["s"] = end
+    if clears:
+        # The second half of the step may have used up what was clear; in another brick it is not known how much.
+        used = dr.select(end - s < ahead.leap, 0.5 * step / ahead.per_cell, _FAR)
+        after["clear"] = larger(table.clear(part, record) - dr.select(ahead.steps, used, 0.0), 0.0)
+    return step, *data.optics(columns, point, ahead.steps)
+
+
+def preintegrated(
+    data: MarchInput, rays: Rays, now: dict[str, Any], after: dict[str, Any], ahead: Ahead
+) -> tuple[Any, list[Any], Any]:
+    """(step, sources, extinction) as means between the data values at the ends of the step.
+
+    A step through values that are known to show nothing may be longer than planned: its means are zero. A bold one,
+    longer than is known to be clear, is taken back if something showed after all.
+    """
+    import drjit as dr
+
+    s, table, clears = now["s"], data.table, data.grid.grid.clears
+    step = ahead.planned
+    if clears:
+        step = larger(step, ahead.clear(now["clear"] * now["bold"]))
+    after["s"] = s + dr.select(ahead.steps, smaller(step, rays.length - s), ahead.leap)
+    point = rays.at(smaller(after["s"], rays.length))
+    x = table.position(data.volume.value(point, True))
+    part, record = table.record(x, True)
+    after["x"], after["S"] = x, integrals(table, part, record)
+    means = _means(table, now, x, part, record, after["S"])
+    if clears:
+        after["clear"] = table.clear(part, record)
+        bold = ahead.steps & (step > ahead.planned) & (now["bold"] > 1.0)
+        _take_back(data, now, after, bold & _missed(now, after, step, ahead))
+    return after["s"] - s, *data.optics(means, point, ahead.steps)
+
+
+def _missed(now: dict[str, Any], after: dict[str, Any], step: Any, ahead: Ahead) -> Any:
+    """Whether a long step may have met what shows: at its end, between values on both sides, or there and back.
+
+    The last needs a value that changes as fast as any in its brick does, first one way and then the other; as fast as
+    ``_UNLIKELY`` of that is left out.
+    """
+    ends = (now["clear"] + after["clear"]) * ahead.per_cell
+    between = sum(after["S"][1:], after["S"][0]) != sum(now["S"][1:], now["S"][0])
+    return (after["clear"] <= 0) | between | (ends < _UNLIKELY * step)
+
+
+def _take_back(data: MarchInput, now: dict[str, Any], after: dict[str, Any], missed: Any) -> None:
+    """Where ``missed``, the ray stays, to go on with care; elsewhere it grows bolder."""
+    import drjit as dr
+
+    after["bold"] = dr.select(missed, 1.0, smaller(now["bold"] * _GROWTH, data.boldest))
+    for name in ("s", "x", "clear"):
+        after[name] = dr.select(missed, now[name], after[name])
+    after["S"] = [dr.select(missed, old, new) for old, new in zip(now["S"], after["S"], strict=True)]
+
+
+def integrals(table: DeviceTable, part: Any, record: list[Any]) -> list[Any]:
+    """Running integral of each column at a table position: quadratic inside the cell, so exact."""
+    import drjit as dr
+
+    c = table.columns
+    return [dr.fma(part, dr.fma(part * 0.5, record[k + c], record[k]), record[k + 2 * c]) for k in range(c)]
+
+
+def _means(
+    table: DeviceTable, now: dict[str, Any], x: Any, part: Any, record: list[Any], integral: list[Any]
+) -> list[Any]:
+    """Mean of each column between the last table position and ``x``.
+
+    Ends that are close would cancel in float32; there the column's line through the middle stands for it.
+    """
+    import drjit as dr
+
+    c = table.columns
+    run = x - now["x"]
+    far = dr.abs(run) > table.close
+    inverse = dr.rcp(dr.select(far, run, 1.0))
+    middle = part - 0.5 * run
+    return [
+        larger(dr.select(far, (integral[k] - now["S"][k]) * inverse, dr.fma(middle, record[k + c], record[k])), 0.0)
+        for k in range(c)
+    ]
