@@ -24,7 +24,7 @@ FUNCTIONS = ("wide", "narrow", "opaque")
 
 def run(options: Options) -> dict[str, Any]:
     rows = []
-    size = 96 if options.quick else 256
+    size = 96 if options.quick else 512
     for number, volume in enumerate(all_volumes(options.quick, options.extra)):
         renderer = VolumeRenderer(volume)
         view = View.around(volume, 20.0 + 37.0 * number, 15.0 + 11.0 * (number % 5), width=size, height=size)

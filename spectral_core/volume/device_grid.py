@@ -30,6 +30,7 @@ class DeviceGrid:
         self.last = opaque(types.Float, [n - 1 for n in counts])
         self.strides = opaque(types.UInt32, (counts[0], counts[0] * counts[1]))
         self.longest = opaque(types.Float, [min(grid.longest, 1e30)])[0]
+        self.first = opaque(types.Float, [grid.first])[0]
         flat = np.ascontiguousarray(grid.words).ravel()
         self.words: Any = flat if is_scalar(types) else types.UInt32(flat)
 

@@ -44,7 +44,9 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
     if data.grid.grid.weighs_transmittance:
         state["root"] = one + 0.0  # T^(1/4), which costs less to carry than to take
     if data.grid.grid.clears:
-        state["clear"] = zero + 0.0  # cells of the table that the data value may move before something shows
+        if data.quadrature == "midpoint":
+            state["back"] = zero + 0.0  # how far behind that value is
+        state["clear"] = zero + 0.0  # cells of the table that the last value looked up is from one that shows
     if counts:
         state |= {"samples": number + 0, "steps": number + 0}
     if data.quadrature == "preintegrated":
@@ -52,7 +54,7 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
         part, record = data.table.record(position, rays.length > 0)
         state |= {"x": position, "S": integrals(data.table, part, record)}
         if data.grid.grid.clears:
-            state["bold"] = one + 0.0
+            state |= {"bold": one + 0.0, "clear": data.table.clear(part, record)}
     names = list(state)
 
     def going(*values: Any) -> Any:
@@ -69,13 +71,16 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
 
 
 def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
-    """One turn of the loop: a leap, or a step with its light."""
+    """One turn of the loop: a leap, a step with its light, or both."""
     import drjit as dr
 
     types, s, seen = data.volume.types, now["s"], now["T"]
     place = rays.line.look(s)
     steps = place.word < int(EMPTY)
-    planned = data.grid.relative_step(place.word) * data.scale
+    planned = data.grid.relative_step(place.word)
+    if data.quadrature == "midpoint":
+        planned = dr.select(steps, planned, data.grid.first)
+    planned *= data.scale
     if data.grid.grid.weighs_transmittance:
         planned /= larger(now["root"], _LEAST_ROOT)
     planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
@@ -85,7 +90,7 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     after = dict(now)
     advance = midpoint if data.quadrature == "midpoint" else preintegrated
     step, source, extinction = advance(data, rays, now, after, ahead)
-    width = dr.select(steps, step * rays.world, 0.0)
+    width = step * rays.world
     depth = extinction * width
     if data.grid.grid.weighs_transmittance:
         root = dr.exp(-0.25 * depth)
@@ -98,7 +103,7 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     after["A"] = [dr.fma(gain, source[k], now["A"][k]) for k in range(data.materials)]
     after["T"] = seen * passed
     if "steps" in now:
-        shows = steps & (sum(source[1:], source[0]) > 0)
+        shows = (width > 0) & (sum(source[1:], source[0]) > 0)
         after["samples"] = now["samples"] + dr.select(shows, types.UInt32(1), types.UInt32(0))
         after["steps"] = now["steps"] + 1
     return after

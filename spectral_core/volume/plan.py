@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 PILOT_RAYS = 4096
 # auto leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
 _SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
-# Time of one turn of the loop, in turns of the uniform midpoint march: measured on one core.
-_TURN = {("uniform", "midpoint"): 1.0, ("uniform", "preintegrated"): 1.2}
-_ADAPTIVE_TURN = {"midpoint": 1.15, "preintegrated": 1.4}
+# Time of one turn of the loop, in turns of the uniform midpoint march, and of a ray before its first turn.
+_TURN = {("uniform", "midpoint"): 1.0, ("uniform", "preintegrated"): 1.1}
+_ADAPTIVE_TURN = {"midpoint": 1.13, "preintegrated": 1.2}
+_RAY = 1.2
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Trial:
     def cost(self) -> float:
         """Time of the march in turns of a midpoint march, per ray."""
         way = (self.stepping.rule, self.stepping.quadrature)
-        return _TURN.get(way, _ADAPTIVE_TURN[way[1]]) * self.steps
+        return _RAY + _TURN.get(way, _ADAPTIVE_TURN[way[1]]) * self.steps
 
 
 @dataclass(frozen=True)
@@ -189,8 +190,7 @@ class Pilot:
             self.transfer,
             stepping,
             self.pixels,
-            counts=True,
-            limits=limits,
+            limits,
         )
         k = len(self.transfer.materials)
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)

@@ -28,34 +28,34 @@ class Ahead:
     leap: Any
     per_cell: Any = None
 
-    def clear(self, cells: Any) -> Any:
-        """How far nothing can show in this brick, where the data value is ``cells`` from what shows."""
-        return smaller(cells * self.per_cell, self.leap)
+    def clear(self, cells: Any, back: Any = 0.0) -> Any:
+        """How far nothing can show in this brick, where ``back`` behind the data value is ``cells`` from what shows."""
+        return smaller(larger(cells * self.per_cell - back, 0.0), self.leap)
 
 
 def midpoint(
     data: MarchInput, rays: Rays, now: dict[str, Any], after: dict[str, Any], ahead: Ahead
 ) -> tuple[Any, list[Any], Any]:
-    """(step, sources, extinction) from the middle of the step; what is known to be clear before it is passed over.
-
-    After a leap the value at its end is looked up instead, so that the next turn knows how much is clear there.
+    """(step, sources, extinction) from the middle of a step; what is known to be clear before it is passed over, and
+    a leap has its step in the same turn.
     """
     import drjit as dr
 
     s, table, clears = now["s"], data.table, data.grid.grid.clears
-    start = smaller(s + ahead.clear(now["clear"]), rays.length) if clears else s
-    end = dr.select(ahead.steps, start + smaller(ahead.planned, rays.length - start), s + ahead.leap)
+    clear = ahead.clear(now["clear"], now["back"]) if clears else 0.0
+    start = smaller(s + dr.select(ahead.steps, clear, ahead.leap), rays.length)
+    end = start + smaller(ahead.planned, rays.length - start)
     # What float32 really added: steps much shorter than s are rounded, always the same way over many of them.
     step = end - start
-    point = rays.at(dr.select(ahead.steps, dr.fma(step, 0.5, start), end) if clears else dr.fma(step, 0.5, start))
+    point = rays.at(dr.fma(step, 0.5, start))
     part, record = table.record(table.position(data.volume.value(point, True)), True)
     columns = [dr.fma(part, record[c + table.columns], record[c]) for c in range(table.columns)]
     after["s"] = end
     if clears:
-        # The second half of the step may have used up what was clear; in another brick it is not known how much.
-        used = dr.select(end - s < ahead.leap, 0.5 * step / ahead.per_cell, _FAR)
-        after["clear"] = larger(table.clear(part, record) - dr.select(ahead.steps, used, 0.0), 0.0)
-    return step, *data.optics(columns, point, ahead.steps)
+        after["clear"] = table.clear(part, record)
+        # Where the step has left its brick, nothing is known of how fast values change there.
+        after["back"] = dr.select(ahead.steps & (end - s >= ahead.leap), _FAR, 0.5 * step)
+    return step, *data.optics(columns, point, True)
 
 
 def preintegrated(
@@ -82,7 +82,7 @@ def preintegrated(
         after["clear"] = table.clear(part, record)
         bold = ahead.steps & (step > ahead.planned) & (now["bold"] > 1.0)
         _take_back(data, now, after, bold & _missed(now, after, step, ahead))
-    return after["s"] - s, *data.optics(means, point, ahead.steps)
+    return dr.select(ahead.steps, after["s"] - s, 0.0), *data.optics(means, point, ahead.steps)
 
 
 def _missed(now: dict[str, Any], after: dict[str, Any], step: Any, ahead: Ahead) -> Any:

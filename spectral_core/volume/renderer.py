@@ -19,7 +19,7 @@ from spectral_core.volume.device import DeviceTable, DeviceVolume
 from spectral_core.volume.device_grid import DeviceGrid
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.gradient import gradient_magnitude
-from spectral_core.volume.march import march
+from spectral_core.volume.march import Marched, march
 from spectral_core.volume.march_input import USUAL, Limits, MarchInput, Quadrature, Rays, clip_to_box
 from spectral_core.volume.rules import RangeTables, Rule, step_grid
 from spectral_core.volume.tables import TransferTable, tabulate
@@ -130,12 +130,13 @@ class VolumeRenderer:
             stepping = plan(self, view, transfer).stepping
         start = time.perf_counter()
         x, y, order = _pixel_places(self.types, view.width, view.height)
-        channels = self.trace(view, transfer, stepping, (x, y), counts=counts, order=order)
+        out = self._marched(view, transfer, stepping, (x, y), USUAL, counts)
+        channels = _image(self.types, [*out.amounts, out.transmittance], order).reshape(view.height, view.width, -1)
         seconds = time.perf_counter() - start
-        k = len(transfer.materials)
-        flat = np.stack(channels[: k + 1], axis=-1).reshape(view.height, view.width, k + 1)
-        samples, steps = (int(c.sum(dtype=np.int64)) for c in channels[k + 1 :]) if counts else (None, None)
-        return VolumeImage(transfer, stepping, flat[..., :k], flat[..., k], seconds, samples, steps)
+        samples, steps = (
+            (int(c.numpy().sum(dtype=np.int64)) for c in (out.samples, out.steps)) if counts else (None, None)
+        )
+        return VolumeImage(transfer, stepping, channels[..., :-1], channels[..., -1], seconds, samples, steps)
 
     def trace(
         self,
@@ -143,26 +144,30 @@ class VolumeRenderer:
         transfer: TransferFunction,
         stepping: Stepping,
         pixels: tuple[Any, Any],
-        *,
-        counts: bool = False,
         limits: Limits = USUAL,
-        order: Any = None,
     ) -> list[NDArray[Any]]:
         """March the rays through picture places ``pixels`` (x and y arrays, in pixels).
 
-        Returns one array per material, the transmittance and, with ``counts``, samples and steps per ray; ray i's
-        at place ``order[i]`` if that is given.
+        Returns one array per material, the transmittance, and samples and steps per ray.
         """
         import drjit as dr
 
-        data = self.prepare(transfer).march_input(stepping, limits)
-        rays = self._rays(view, pixels, data.grid)
-        out = march(data, rays, counts=counts)
-        channels = [*out.amounts, out.transmittance, *([out.samples, out.steps] if counts else [])]
-        if order is not None:
-            channels = [_scattered(channel, order) for channel in channels]
+        out = self._marched(view, transfer, stepping, pixels, limits, counts=True)
+        channels = [*out.amounts, out.transmittance, out.samples, out.steps]
         dr.eval(channels)
         return [channel.numpy() for channel in channels]
+
+    def _marched(
+        self,
+        view: View,
+        transfer: TransferFunction,
+        stepping: Stepping,
+        pixels: tuple[Any, Any],
+        limits: Limits,
+        counts: bool,
+    ) -> Marched:
+        data = self.prepare(transfer).march_input(stepping, limits)
+        return march(data, self._rays(view, pixels, data.grid), counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr
@@ -248,12 +253,19 @@ def array_types(backend: str) -> Any:
     return drjit.llvm if backend == "llvm" else drjit.cuda
 
 
-def _scattered(channel: Any, order: Any) -> Any:
+def _image(types: Any, channels: list[Any], order: Any) -> NDArray[np.float32]:
+    """(pixels, channels): ray i's at place ``order[i]``, put there by the kernel that marches.
+
+    One packet per pixel, filled up to a power of two: each scatter to the same array would march anew.
+    """
     import drjit as dr
 
-    target = dr.empty(type(channel), dr.width(order))
-    dr.scatter(target, channel, order)
-    return target
+    count = max(2, 1 << (len(channels) - 1).bit_length())
+    packet = types.ArrayXf([*channels, *[channels[-1]] * (count - len(channels))])
+    target = dr.zeros(types.Float, dr.width(order) * count)
+    dr.scatter(target, packet, order)
+    picture: NDArray[np.float32] = target.numpy()
+    return picture.reshape(-1, count)[:, : len(channels)]
 
 
 @lru_cache(maxsize=8)

@@ -37,7 +37,8 @@ class StepGrid:
 
     ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that), and
     ``weighs_transmittance`` says that the step grows as T^(-1/4) where light from further on hardly counts, and
-    ``clears`` that words tell how far a ray may go through values that show nothing.
+    ``clears`` that words tell how far a ray may go through values that show nothing. ``first`` is the relative step
+    that a midpoint march makes in the same turn as a leap, before it knows the brick where that ends.
     """
 
     rule: Rule
@@ -46,7 +47,8 @@ class StepGrid:
     words: NDArray[np.uint32]
     longest: float
     weighs_transmittance: bool
-    clears: bool = False
+    clears: bool
+    first: float
 
     @property
     def occupied(self) -> float:
@@ -171,7 +173,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
     if adapts:
         steps = (steps & np.uint32(0xFFFF0000)) | _upper_half(ranges.voxels_per_cell(statistics.slope))
     words = np.where(shows, steps, leaps)
-    return StepGrid(rule, edge, statistics.centred, words, longest, adapts, adapts)
+    return StepGrid(rule, edge, statistics.centred, words, longest, adapts, adapts, 0.0 if rule == "thesis" else 1.0)
 
 
 def _upper_half(values: NDArray[np.float32]) -> NDArray[np.uint32]:
