@@ -11,15 +11,13 @@ T·j_k·h·(1 - exp(-σh))/(σh), which is j_k·h where nothing is taken (X-ray)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.arithmetic import bounded, larger
+from spectral_core.volume.arithmetic import bounded, inverse_fourth_root, larger
 from spectral_core.volume.march_input import MarchInput, Rays
 from spectral_core.volume.quadrature import Ahead, integrals, midpoint, preintegrated
 from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
-
-_LEAST_ROOT = 0.03  # T^(1/4) at which steps grow no further
 
 
 @dataclass(frozen=True)
@@ -41,8 +39,6 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
     zero = one - 1.0
     number = types.UInt32(zero)
     state: dict[str, Any] = {"s": zero, "T": one, "A": [zero + 0.0 for _ in range(data.materials)]}
-    if data.grid.grid.weighs_transmittance:
-        state["root"] = one + 0.0  # T^(1/4), which costs less to carry than to take
     if data.grid.grid.clears:
         if data.quadrature == "midpoint":
             state["back"] = zero + 0.0  # how far behind that value is
@@ -82,22 +78,16 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
         planned = dr.select(steps, planned, data.grid.first)
     planned *= data.scale
     if data.grid.grid.weighs_transmittance:
-        planned /= larger(now["root"], _LEAST_ROOT)
+        planned *= inverse_fourth_root(types, seen)
     planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
-    ahead = Ahead(steps, planned, rays.line.leap(place))
-    if data.grid.grid.clears:
-        ahead = replace(ahead, per_cell=dr.select(steps, data.grid.voxels_per_cell(place.word), 1.0))
+    per_cell = data.grid.voxels_per_cell(place.word) if data.grid.grid.clears else None
+    ahead = Ahead(steps, planned, rays.line.leap(place), per_cell)
     after = dict(now)
     advance = midpoint if data.quadrature == "midpoint" else preintegrated
     step, source, extinction = advance(data, rays, now, after, ahead)
     width = step * rays.world
     depth = extinction * width
-    if data.grid.grid.weighs_transmittance:
-        root = dr.exp(-0.25 * depth)
-        passed = dr.square(dr.square(root))
-        after["root"] = now["root"] * root
-    else:
-        passed = dr.exp(-depth)
+    passed = dr.exp(-depth)
     reach = mean_attenuation(depth, passed)
     gain = seen * width * reach
     after["A"] = [dr.fma(gain, source[k], now["A"][k]) for k in range(data.materials)]

@@ -20,7 +20,8 @@ class Ahead:
     """What lies before a turn: whether it ``steps`` or leaps, and lengths in index units.
 
     ``planned`` is the step of the rule; ``leap`` ends past the empty bricks, or past this one if it shows something.
-    ``per_cell`` is how far a ray goes at least in this brick while the data value moves by one cell of the table.
+    ``per_cell`` is how far a ray goes at least in this brick while the data value moves by one cell of the table; it
+    is any number where the ray leaps.
     """
 
     steps: Any

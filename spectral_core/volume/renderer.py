@@ -262,7 +262,7 @@ def _image(types: Any, channels: list[Any], order: Any) -> NDArray[np.float32]:
 
     count = max(2, 1 << (len(channels) - 1).bit_length())
     packet = types.ArrayXf([*channels, *[channels[-1]] * (count - len(channels))])
-    target = dr.zeros(types.Float, dr.width(order) * count)
+    target = dr.empty(types.Float, dr.width(order) * count)
     dr.scatter(target, packet, order)
     picture: NDArray[np.float32] = target.numpy()
     return picture.reshape(-1, count)[:, : len(channels)]
