@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks._volumes import colors_of
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.renderer import VolumeRenderer
+from spectral_core.volume.renderer import VolumeImage, VolumeRenderer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -28,19 +29,32 @@ def transmittance_only(
     exact: np.ndarray, renderer: VolumeRenderer, transfer: TransferFunction, view: View
 ) -> np.ndarray:
     """volpath knows no emission: it is held against the transmittance before a white wall."""
+    from spectral_core.volume.march_input import REFERENCE
     from spectral_core.volume.renderer import Stepping
 
-    fine = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.1))
+    fine = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.1), limits=REFERENCE)
     return fine.transmittance.astype(np.float64)
+
+
+def _shown_transmittance(image: VolumeImage) -> np.ndarray:
+    return image.transmittance.astype(np.float64)
+
+
+def _shown_colors(image: VolumeImage) -> np.ndarray:
+    return colors_of(image, image.transfer)
 
 
 @dataclass(frozen=True)
 class Peer:
-    """``render`` yields (setting, picture, seconds); ``truth`` gives what the picture should have been."""
+    """``render`` yields (setting, picture, seconds).
+
+    ``truth`` is what the picture should have been, and ``shows`` takes from ours what is held against it.
+    """
 
     name: str
     render: Callable[[ScalarVolume, TransferFunction, View, bool], Iterator[Result]]
     truth: Callable[..., np.ndarray] = emission_absorption
+    shows: Callable[[VolumeImage], np.ndarray] = _shown_colors
 
 
 def _least(work: Callable[[], Any], rounds: int = 3) -> tuple[Any, float]:
@@ -188,4 +202,8 @@ def volpath(volume: ScalarVolume, transfer: TransferFunction, view: View, quick:
     yield f"{samples} samples", picture.astype(np.float64), time.perf_counter() - begin
 
 
-PEERS = (Peer("vtk", vtk_fixed_point), Peer("yt", yt_sampler), Peer("volpath", volpath, transmittance_only))
+PEERS = (
+    Peer("vtk", vtk_fixed_point),
+    Peer("yt", yt_sampler),
+    Peer("volpath", volpath, transmittance_only, _shown_transmittance),
+)

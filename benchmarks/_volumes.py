@@ -13,6 +13,7 @@ import numpy as np
 
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march_input import REFERENCE
 from spectral_core.volume.plan import Pilot, snr_db
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
 from spectral_core.volume.samples import sample_volume
@@ -81,7 +82,7 @@ def reference(renderer: VolumeRenderer, view: View, transfer: TransferFunction, 
     way = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated")
     pilot = Pilot(renderer, view, transfer, target_db)
     scale = pilot.reference_scale
-    image = renderer.render(view, transfer, Stepping(way.rule, way.quadrature, scale))
+    image = renderer.render(view, transfer, Stepping(way.rule, way.quadrature, scale), limits=REFERENCE)
     return colors_of(image, transfer)
 
 

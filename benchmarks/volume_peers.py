@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._volume_peers import PEERS, Peer
-from benchmarks._volumes import all_volumes, colors_of, reference
+from benchmarks._volumes import all_volumes, reference
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.plan import plan, snr_db
 from spectral_core.volume.renderer import VolumeRenderer
@@ -70,7 +70,7 @@ def against(
         made = plan(renderer, view, transfer, float(np.clip(reached, 15.0, 85.0)))
         ours = min(_timed(renderer, view, transfer, made.stepping) for _ in range(6))
         image = renderer.render(view, transfer, made.stepping)
-        own = snr_db(exact, colors_of(image, transfer) - exact)
+        own = snr_db(truth, peer.shows(image) - truth)
         theirs = f"{renderer.volume.name} {peer.name} {label}: {reached:.1f} dB in {1e3 * seconds:.0f} ms"
         print(f"{theirs}; ours {own:.1f} dB in {1e3 * ours:.1f} ms: {seconds / ours:.0f} times faster", flush=True)
         rows |= {f"{label}_db": reached, f"{label}_times_faster": seconds / ours}

@@ -63,10 +63,10 @@ class BrickPlace:
 class BrickLine:
     """A ray through a grid, with all that stays the same along it made ready.
 
-    ``origin`` and unit ``direction`` are lists of three in index space.
+    ``origin``, unit ``direction`` and its ``inverse`` (large where it is zero) are lists of three in index space.
     """
 
-    def __init__(self, grid: DeviceGrid, origin: list[Any], direction: list[Any]) -> None:
+    def __init__(self, grid: DeviceGrid, origin: list[Any], direction: list[Any], inverse: list[Any]) -> None:
         import drjit as dr
 
         types, self.grid = grid.types, grid
@@ -77,7 +77,7 @@ class BrickLine:
         for a, d in enumerate(direction):
             flat = dr.abs(d) < _PARALLEL
             up = flat | (d > 0)
-            self.reach.append(dr.select(flat, 1e30, grid.edge / dr.select(flat, 1.0, d)))
+            self.reach.append(dr.select(flat, 1e30, grid.edge * inverse[a]))
             self.side.append(dr.select(up, types.Float(1.0), types.Float(-1.0)))
             self.base.append(dr.select(flat, 1e6, dr.select(up, types.Float(0.0), types.Float(1.0))))
             self.octant = self.octant + dr.select(d < 0, types.UInt32(3 << a), types.UInt32(0))

@@ -97,12 +97,11 @@ def clip_to_box(grid: DeviceGrid, point: list[Any], along: list[Any], world: Any
     import drjit as dr
 
     near, far = begin, grid.types.Float(1e30)
+    inverse = [1.0 / dr.select(dr.abs(d) < 1e-9, dr.select(d < 0, -1e-9, 1e-9), d) for d in along]
     for a in range(3):
-        d = along[a]
-        inverse = dr.rcp(dr.select(dr.abs(d) < 1e-9, dr.select(d < 0, -1e-9, 1e-9), d))
-        low, high = (grid.low[a] - point[a]) * inverse, (grid.high[a] - point[a]) * inverse
+        low, high = (grid.low[a] - point[a]) * inverse[a], (grid.high[a] - point[a]) * inverse[a]
         near, far = larger(near, smaller(low, high)), smaller(far, larger(low, high))
     length = larger(far - near, 0.0)
     near = dr.select(length > 0, near, 0.0)
     start = [dr.fma(along[a], near, point[a]) for a in range(3)]
-    return Rays(start, along, length, world, BrickLine(grid, start, along))
+    return Rays(start, along, length, world, BrickLine(grid, start, along, inverse))

@@ -121,16 +121,25 @@ class VolumeRenderer:
         return self._prepared[1]
 
     def render(
-        self, view: View, transfer: TransferFunction, stepping: Stepping | None = None, *, counts: bool = False
+        self,
+        view: View,
+        transfer: TransferFunction,
+        stepping: Stepping | None = None,
+        *,
+        counts: bool = False,
+        limits: Limits = USUAL,
     ) -> VolumeImage:
-        """One ray through the middle of each pixel. Without ``stepping``, as ``plan(...)`` chooses for 50 dB."""
+        """One ray through the middle of each pixel. Without ``stepping``, as ``plan(...)`` chooses for 50 dB.
+
+        A picture that others are held against takes ``REFERENCE`` for its limits.
+        """
         if stepping is None:
             from spectral_core.volume.plan import plan
 
             stepping = plan(self, view, transfer).stepping
         start = time.perf_counter()
         x, y, order = _pixel_places(self.types, view.width, view.height)
-        out = self._marched(view, transfer, stepping, (x, y), USUAL, counts)
+        out = self._marched(view, transfer, stepping, (x, y), limits, counts)
         channels = _image(self.types, [*out.amounts, out.transmittance], order).reshape(view.height, view.width, -1)
         seconds = time.perf_counter() - start
         samples, steps = (
@@ -178,9 +187,10 @@ class VolumeRenderer:
         x, y = pixels
         point, along, world = ([dr.fma(y, b[2][a], dr.fma(x, b[1][a], b[0][a])) for a in range(3)] for b in c)
         length = dr.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
-        per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) / length
+        inverse = 1.0 / length
+        per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) * inverse
         begin = -dr.opaque(types.Float, min(back, 1e15)) * length
-        return clip_to_box(grid, point, [a / length for a in along], per_index, begin)
+        return clip_to_box(grid, point, [a * inverse for a in along], per_index, begin)
 
 
 class PreparedTransfer:

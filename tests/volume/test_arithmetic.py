@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The march's own minimum, maximum, bounds and fourth root, and tables where packets can read them."""
+
+import numpy as np
+import pytest
+
+from spectral_core.llvm_library import use_newest_llvm
+from spectral_core.volume.arithmetic import bounded, inverse_fourth_root, larger, smaller
+from spectral_core.volume.device import _aligned
+
+pytest.importorskip("drjit")
+use_newest_llvm()
+
+
+def test_they_are_what_numpy_says(rng):
+    import drjit.llvm as types
+
+    a, b = (rng.normal(size=1000).astype(np.float32) for _ in range(2))
+    x, y = types.Float(a), types.Float(b)
+    assert np.array_equal(larger(x, y).numpy(), np.maximum(a, b))
+    assert np.array_equal(smaller(x, y).numpy(), np.minimum(a, b))
+    assert np.array_equal(bounded(x, -0.5, 0.25).numpy(), np.clip(a, np.float32(-0.5), np.float32(0.25)))
+    assert (larger(1.0, 2.0), smaller(1.0, 2.0), bounded(3.0, 0.0, 1.0)) == (2.0, 1.0, 1.0)
+
+
+def test_fourth_root_is_near_enough():
+    import drjit.llvm as types
+    import drjit.scalar
+
+    values = np.logspace(-6, 0, 500).astype(np.float32)
+    assert np.allclose(inverse_fourth_root(types, types.Float(values)).numpy(), values**-0.25, rtol=0.04)
+    assert inverse_fourth_root(drjit.scalar, 0.0625) == pytest.approx(2.0)
+
+
+def test_tables_lie_where_one_load_reads_a_record(rng):
+    for size in (8, 24, 1000):
+        values = rng.random(size).astype(np.float32)
+        placed = _aligned(values)
+        assert placed.ctypes.data % 64 == 0 and np.array_equal(placed, values)

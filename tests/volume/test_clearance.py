@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passing over values that show nothing: how far is certain, and what bold steps may cost."""
+
+import numpy as np
+import pytest
+
+from spectral_core.volume.bricks import brick_statistics, voxel_statistics
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march_input import REFERENCE, Limits
+from spectral_core.volume.plan import snr_db
+from spectral_core.volume.presets import preset
+from spectral_core.volume.rules import EMPTY, RangeTables, step_grid
+from spectral_core.volume.samples import sample_volume
+from spectral_core.volume.tables import tabulate
+from spectral_core.volume.transfer import Material, TransferFunction
+from spectral_core.volume.view import View
+
+FUNCTIONS = {
+    "two peaks": [([0.2, 0.21, 0.22], [0, 1, 0]), ([0.7, 0.75, 0.8], [0, 2, 0])],
+    "reaches the low end": [([0.0, 0.1], [1, 0])],
+    "reaches the high end": [([0.9, 1.0], [0, 1])],
+    "everywhere": [([0.0, 1.0], [1, 1])],
+    "nowhere": [([0.0, 1.0], [0, 0])],
+    "jumps": [([0.5, 0.5, 0.6, 0.6], [0, 1, 1, 0])],
+}
+
+
+def function(pieces):
+    return TransferFunction(
+        tuple(Material(f"m{i}", values, heights, [1, 1, 1]) for i, (values, heights) in enumerate(pieces))
+    )
+
+
+@pytest.mark.parametrize("name", list(FUNCTIONS))
+def test_clearance_is_the_distance_to_what_shows_and_never_more(name, rng):
+    volume = ScalarVolume("v", rng.random((9, 9, 9)))
+    table = tabulate(function(FUNCTIONS[name]), volume)
+    at = np.concatenate([rng.uniform(-300, table.cells + 300, 400), np.arange(0.0, table.cells, 37.0)])
+    row = np.clip(at + 1.0, 0, table.cells + 1).astype(int)
+    value, rise = table.clearance[row].T
+    stated = value + (at - np.maximum(row - 1, 0)) * rise
+    shown = (table.columns > 0).any(axis=1)
+    lit = np.flatnonzero(shown[1:] | shown[:-1]).astype(float)  # cells, each from its number to one more
+    ends = [(c, c + 1.0) for c in lit] + [(-np.inf, 0.0)] * bool(shown[0]) + [(table.cells, np.inf)] * bool(shown[-1])
+    if not ends:
+        assert (stated > 1e6).all()
+        return
+    low, high = np.array(ends).T
+    true = np.maximum(np.maximum(low - at[:, None], at[:, None] - high), 0.0).min(axis=1)
+    assert (stated <= true + 1e-3).all() and (stated >= true - 1.0).all()
+
+
+def test_words_hold_how_far_a_ray_goes_per_cell_and_never_too_far(rng):
+    volume = ScalarVolume("v", rng.normal(0, 20, (17, 17, 17)))
+    statistics = brick_statistics(volume, 4)
+    ranges = RangeTables(tabulate(function([([-5, 0, 5], [0, 1, 0])]), volume), 1.0)
+    words = step_grid("error", statistics, ranges).words
+    shows = words < EMPTY
+    exact = (ranges.table.high - ranges.table.low) / ranges.table.cells / statistics.slope
+    stated = (words << np.uint32(16)).view(np.float32)
+    assert shows.any() and (stated[shows] <= exact[shows]).all() and (stated[shows] >= 0.99 * exact[shows]).all()
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e30])
+def test_slopes_survive_data_whose_squares_do_not(scale, rng):
+    data = rng.random((9, 9, 9))
+    for statistics in (
+        lambda d: brick_statistics(ScalarVolume("v", d), 2),
+        lambda d: voxel_statistics(ScalarVolume("v", d), 2),
+    ):
+        assert np.allclose(statistics(data * scale).slope / scale, statistics(data).slope, rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["marschner-lobb", "noise", "shells", "gaussians"])
+def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
+    pytest.importorskip("drjit")
+    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+
+    volume = sample_volume(name, 40)
+    transfer = preset("narrow", volume)
+    view = View.around(volume, 33.0, 21.0, width=96, height=96)
+    renderer = VolumeRenderer(volume)
+
+    def picture(stepping, limits):
+        image = renderer.render(view, transfer, stepping, counts=True, limits=limits)
+        return image.picture().astype(float), image.steps
+
+    truth, _ = picture(Stepping("uniform", "preintegrated", 0.004), REFERENCE)
+    way = Stepping("error", "preintegrated", 0.02)
+    careful, slow = picture(way, REFERENCE)
+    bold, quick = picture(way, Limits())
+    assert snr_db(truth, careful - truth) > 55.0 and snr_db(truth, bold - truth) > 55.0
+    assert quick < 0.95 * slow
+
+
+def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
+    pytest.importorskip("drjit")
+    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+
+    line = np.linspace(0.0, 1.0, 65)
+    volume = ScalarVolume("ramp", np.broadcast_to(line[:, None, None], (65, 65, 65)).copy())
+    transfer = function([([0.495, 0.5, 0.505], [0, 5, 0])])
+    view = View.looking([-200, 32, 32], [0, 32, 32], width=8, height=8, fov_deg=None, ortho_width=40)
+    renderer = VolumeRenderer(volume)
+    image = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.01), counts=True)
+    assert image.steps / 64 < 90  # two voxels of the brick in steps of 0.01 would be two hundred
+    assert image.transmittance[0, 0] == pytest.approx(np.exp(-5 * 0.005 * 64), rel=1e-3)
