@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.arithmetic import bounded, inverse_fourth_root, larger
+from spectral_core.volume.arithmetic import bounded, inverse_third_root, larger
 from spectral_core.volume.march_input import MarchInput, Rays
 from spectral_core.volume.quadrature import Ahead, integrals, midpoint, preintegrated
 from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
@@ -78,7 +78,7 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
         planned = dr.select(steps, planned, data.grid.first)
     planned *= data.scale
     if data.grid.grid.weighs_transmittance:
-        planned *= inverse_fourth_root(types, seen)
+        planned *= inverse_third_root(types, seen)
     planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
     per_cell = data.grid.voxels_per_cell(place.word) if data.grid.grid.clears else None
     ahead = Ahead(steps, planned, rays.line.leap(place), per_cell)

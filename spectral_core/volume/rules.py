@@ -36,7 +36,7 @@ class StepGrid:
     """Steps and leaps of one rule: ``words`` (bz, by, bx) as the module says, float32 or bits, as uint32.
 
     ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that), and
-    ``weighs_transmittance`` says that the step grows as T^(-1/4) where light from further on hardly counts, and
+    ``weighs_transmittance`` says that the step grows as T^(-5/16) where light from further on hardly counts, and
     ``clears`` that words tell how far a ray may go through values that show nothing. ``first`` is the relative step
     that a midpoint march makes in the same turn as a leap, before it knows the brick where that ends.
     """
@@ -158,10 +158,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
         relative, longest = _inverse(2.0 * frequency * statistics.slope), 4.0
     else:
         rough = ranges.kink.ravel()[pair] * statistics.slope + ranges.slope.ravel()[pair] * statistics.bend
-        if edge < 4:  # a step may reach over a small brick, so it must know its neighbours
-            from scipy import ndimage
-
-            rough = ndimage.maximum_filter(np.where(shows, rough, 0.0), size=3, mode="nearest")
+        rough = _with_neighbours(np.where(shows, rough, 0.0), 0.5 if edge < 4 else 0.75)
         typical = float(np.median(rough[shows])) if shows.any() else 0.0
         longest = 3.0
         if typical > 0:
@@ -174,6 +171,20 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
         steps = (steps & np.uint32(0xFFFF0000)) | _upper_half(ranges.voxels_per_cell(statistics.slope))
     words = np.where(shows, steps, leaps)
     return StepGrid(rule, edge, statistics.centred, words, longest, adapts, adapts, 0.0 if rule == "thesis" else 1.0)
+
+
+def _with_neighbours(rough: NDArray[np.float64], own: float) -> NDArray[np.float64]:
+    """Roughness that heeds the roughest neighbour: a step may reach over into it, the more so the smaller bricks are.
+
+    ``own`` is the power of a brick's own roughness, the rest is its neighbourhood's. Fewest samples for an error over
+    seven fields were at 1/2 for bricks of two voxels and 3/4 for those of four.
+    """
+    from scipy import ndimage
+
+    around = ndimage.maximum_filter(rough, size=3, mode="nearest")
+    share = rough / np.where(around > 0, around, 1.0)
+    heeded: NDArray[np.float64] = around * np.maximum(share, 0.05) ** own
+    return heeded
 
 
 def _upper_half(values: NDArray[np.float32]) -> NDArray[np.uint32]:
