@@ -51,10 +51,17 @@ def main(arguments: list[str] | None = None) -> int:
     if given.name not in modules:
         print(f"no benchmark is named {given.name!r}; known: {', '.join(modules)}", file=sys.stderr)
         return 2
+    module = importlib.import_module(f"benchmarks.{modules[given.name]}")
+    strange = [word for word in extra if word.startswith("-") and word not in getattr(module, "OPTIONS", ())]
+    if strange:
+        print(
+            f"{given.name} has no option {', '.join(strange)}; all have --json, --quick and --out DIR", file=sys.stderr
+        )
+        return 2
     options = Options(quick=given.quick, out=given.out / given.name, extra=extra)
     options.out.mkdir(parents=True, exist_ok=True)
     try:
-        figures = importlib.import_module(f"benchmarks.{modules[given.name]}").run(options)
+        figures = module.run(options)
     except UnknownNameError as error:
         print(error, file=sys.stderr)
         return 2

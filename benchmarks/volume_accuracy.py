@@ -3,7 +3,7 @@
 
 Steps come from pilot rays; the SNR is measured on the whole picture against a fine reference, and samples and time
 are carried to the wanted SNR by 40 dB per decade of step (they are within 1 dB of it as a rule). Writes the table
-as Markdown, too. Arguments: names of volumes, then of a function preset.
+as Markdown and a picture of it per function. Arguments: names of volumes, then of a function preset.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
+from benchmarks._volume_accuracy_picture import LOOKS, write
 from benchmarks._volumes import all_volumes, colors_of, reference
 from spectral_core.volume.plan import plan, snr_db
 from spectral_core.volume.presets import PRESETS, preset
@@ -29,10 +30,10 @@ def run(options: Options) -> dict[str, Any]:
     targets = (40.0,) if options.quick else (40.0, 50.0, 60.0)
     size = 64 if options.quick else 256
     lines = [
-        "| volume | function | dB | " + " | ".join(f"{r} {q}" for r, q in WAYS) + " |",
+        "| volume | function | dB | " + " | ".join(label for *_, label in LOOKS.values()) + " |",
         "|--" * (len(WAYS) + 3) + "|",
     ]
-    figures: dict[str, Any] = {}
+    rows: list[dict[str, Any]] = []
     for volume in all_volumes(options.quick, names):
         renderer = VolumeRenderer(volume)
         view = View.around(volume, 33.0, 21.0, width=size, height=size)
@@ -41,13 +42,17 @@ def run(options: Options) -> dict[str, Any]:
             exact = reference(renderer, view, transfer)
             for target in targets:
                 cells = [row(renderer, view, transfer, exact, target, way) for way in WAYS]
-                text = " | ".join(f"{s / 1e6:.2f} M, {1e3 * t:.0f} ms" for s, t in cells)
+                text = " | ".join(f"{s / 1e6:.2f} M, {1e3 * t:.1f} ms" for s, t in cells)
                 lines.append(f"| {volume.name} | {function} | {target:.0f} | {text} |")
                 print(lines[-1], flush=True)
-                for (rule, quadrature), (samples, seconds) in zip(WAYS, cells, strict=True):
-                    figures[f"{volume.name} {function} {target:.0f} {rule} {quadrature}"] = [samples, 1e3 * seconds]
+                place = {"volume": volume.name, "function": function, "db": target}
+                for way, (samples, seconds) in zip(WAYS, cells, strict=True):
+                    rows.append(place | {"way": " ".join(way), "samples": samples, "ms": 1e3 * seconds})
+    options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "accuracy.md").write_text("\n".join(lines) + "\n", "utf-8")
-    return figures
+    for function in functions:
+        print(write(options.out / f"accuracy-{function}.png", [r for r in rows if r["function"] == function], function))
+    return {"rows": rows}
 
 
 def row(

@@ -121,6 +121,9 @@ def edge_figures(f: Function, nu: float) -> dict[str, float]:
     return figures
 
 
+OPTIONS = ("--pictures",)
+
+
 def run(options: Options) -> dict[str, Any]:
     parser = argparse.ArgumentParser(prog="python -m benchmarks volume-analysis", add_help=False)
     parser.add_argument("--pictures", type=Path, default=options.out)

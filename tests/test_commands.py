@@ -117,3 +117,10 @@ def test_benchmarks_are_listed_and_unknown_ones_refused() -> None:
     assert all(len(line.split(None, 1)) == 2 for line in listed.stdout.splitlines())
     assert unknown.returncode == 2
     assert "no benchmark is named 'x'" in unknown.stderr
+
+
+def test_benchmarks_refuse_what_they_do_not_know(capsys):
+    from benchmarks.__main__ import main as benchmarks
+
+    assert benchmarks(["palette-spead"]) == 2 and "palette-speed" in capsys.readouterr().err
+    assert benchmarks(["palette-speed", "--quik"]) == 2 and "no option --quik" in capsys.readouterr().err
