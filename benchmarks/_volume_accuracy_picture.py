@@ -16,7 +16,7 @@ LOOKS = {
 
 
 def write(path: Path, rows: list[dict[str, Any]], function: str) -> Path:
-    """Draw the rows of ``function``: SNR in dB over milliseconds of processor time, logarithmic."""
+    """Draw the rows of ``function``: SNR in dB over milliseconds, logarithmic."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -36,7 +36,7 @@ def write(path: Path, rows: list[dict[str, Any]], function: str) -> Path:
             axis.set_title(name, fontsize=10)
         for axis in axes[:, 0]:
             axis.set_ylabel("SNR, dB")
-        figure.supxlabel(f"milliseconds of processor time, function “{function}”")
+        figure.supxlabel(f"milliseconds on two cores, 512², function “{function}”")
         handles, labels = axes.flat[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="upper center", ncols=len(labels), frameon=False)
         figure.tight_layout(rect=(0, 0, 1, 1 - 0.35 / (2.0 * lines + 0.6)))

@@ -10,9 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 _POWER = 5 / 16
-_BITS_OF_ONE = int(
-    (1.0 + _POWER) * (127.0 - 0.045) * 2**23
-)  # 0.045: how far the bits are from the logarithm, on average
+_OFFSET = int((1.0 + _POWER) * (127.0 - 0.045) * 2**23)  # 0.045: how far the bits are from the logarithm, on average
 
 
 def larger(a: Any, b: Any) -> Any:
@@ -34,14 +32,14 @@ def bounded(value: Any, low: Any, high: Any) -> Any:
     return smaller(larger(value, low), high)
 
 
-def inverse_third_root(types: Any, value: Any) -> Any:
-    """About value^(-1/3) of positive numbers (the power is -5/16), to 5 %, as choosing a step wants it.
+def step_growth(types: Any, transmittance: Any) -> Any:
+    """How much longer steps may be where so little light is left: T^(-5/16), to 5 %, of positive numbers.
 
     A float32's bits are nearly its logarithm, so the power is two shifts of them.
     """
     import drjit as dr
 
-    if not dr.is_jit_v(value):
-        return float(value) ** -_POWER
-    bits = dr.reinterpret_array(types.UInt32, value)
-    return dr.reinterpret_array(types.Float, _BITS_OF_ONE - ((bits >> 2) + (bits >> 4)))
+    if not dr.is_jit_v(transmittance):
+        return float(transmittance) ** -_POWER
+    bits = dr.reinterpret_array(types.UInt32, transmittance)
+    return dr.reinterpret_array(types.Float, _OFFSET - ((bits >> 2) + (bits >> 4)))

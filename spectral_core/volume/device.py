@@ -46,7 +46,6 @@ class DeviceVolume:
         self.last = opaque(types.Float, [n - 1 for n in volume.shape])
         self.below = opaque(types.UInt32, [max(n - 2, 0) for n in volume.shape])
         strides = (1, volume.shape[0], volume.shape[0] * volume.shape[1])
-        self.strides = opaque(types.UInt32, strides)
         # A neighbour beyond a single slice is the slice itself.
         self.hops = opaque(types.UInt32, [s if n > 1 else 0 for s, n in zip(strides, volume.shape, strict=True)])
         self.store = self._upload(data)
@@ -98,7 +97,7 @@ class DeviceVolume:
 
 
 class DeviceTable:
-    """A transfer table; ``record(x)`` reads one cell in one packet.
+    """A transfer table; ``record(x)`` reads one cell, eight numbers at a time.
 
     A record holds the values of the columns, their rises, with ``integrals`` their running integrals, and with
     ``clearance`` how far away the next value is that shows something, and the rise of that.
@@ -136,7 +135,7 @@ class DeviceTable:
         return dr.fma(stored, self.scale, self.offset)
 
     def record(self, x: Any, active: Any) -> tuple[Any, list[Any]]:
-        """(distance from the cell's node, its record: values, rises and, if asked for, integrals of the columns)."""
+        """(distance from the cell's node, its record: see the class)."""
         import drjit as dr
 
         types = self.types

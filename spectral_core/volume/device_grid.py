@@ -14,7 +14,7 @@ from spectral_core.volume.rules import EMPTY, StepGrid
 
 _PARALLEL = 1e-4  # of a unit direction: a ray as flat as this meets no face along that axis
 _NEVER = 1e9
-_BEYOND = 1e-3  # voxels that a ray looks ahead, so that it stands in one brick and not between two
+BEYOND = 1e-3  # voxels that a ray looks ahead, so that it stands in one brick and not between two
 
 
 class DeviceGrid:
@@ -35,7 +35,10 @@ class DeviceGrid:
         self.words: Any = flat if is_scalar(types) else types.UInt32(flat)
 
     def relative_step(self, word: Any) -> Any:
-        """Step in voxels at scale 1; not above zero where the word is a leap."""
+        """Step in voxels at scale 1; not above zero where the word is a leap.
+
+        What is packed into the lower half makes it up to 1/128 longer.
+        """
         import drjit as dr
 
         if is_scalar(self.types):
@@ -87,7 +90,7 @@ class BrickLine:
         import drjit as dr
 
         types, grid = self.grid.types, self.grid
-        ahead = distance + _BEYOND
+        ahead = distance + BEYOND
         point = [dr.fma(self.direction[a], ahead, self.origin[a]) for a in range(3)]
         brick = [bounded(dr.floor(point[a]), 0.0, grid.last[a]) for a in range(3)]
         b = [types.UInt32(c) for c in brick]
@@ -98,7 +101,7 @@ class BrickLine:
 
     def leap(self, place: BrickPlace) -> Any:
         """Length from ``look``'s distance to just past the empty cube of bricks ahead; past this brick if it shows
-        something. Never less than 0.001.
+        something. Never less than 0.002.
         """
         import drjit as dr
 
@@ -111,4 +114,4 @@ class BrickLine:
             along = (face - place.point[a]) * self.reach[a]
             # Negative: in the outer half voxel and on the way out.
             length = smaller(dr.select(along >= 0, along, _NEVER), length)
-        return length + 2.0 * _BEYOND
+        return length + 2.0 * BEYOND

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.arithmetic import bounded, inverse_third_root, larger
+from spectral_core.volume.arithmetic import bounded, larger, step_growth
 from spectral_core.volume.march_input import MarchInput, Rays
 from spectral_core.volume.quadrature import Ahead, integrals, midpoint, preintegrated
 from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
@@ -39,17 +39,15 @@ def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
     zero = one - 1.0
     number = types.UInt32(zero)
     state: dict[str, Any] = {"s": zero, "T": one, "A": [zero + 0.0 for _ in range(data.materials)]}
-    if data.grid.grid.clears:
-        if data.quadrature == "midpoint":
-            state["back"] = zero + 0.0  # how far behind that value is
-        state["clear"] = zero + 0.0  # cells of the table that the last value looked up is from one that shows
+    if data.grid.grid.adapts:
+        state["clear"] = zero + 0.0  # how far nothing can show, as the quadrature counts it
     if counts:
         state |= {"samples": number + 0, "steps": number + 0}
     if data.quadrature == "preintegrated":
         position = data.table.position(data.volume.value(rays.origin, rays.length > 0))
         part, record = data.table.record(position, rays.length > 0)
         state |= {"x": position, "S": integrals(data.table, part, record)}
-        if data.grid.grid.clears:
+        if data.grid.grid.adapts:
             state |= {"bold": one + 0.0, "clear": data.table.clear(part, record)}
     names = list(state)
 
@@ -73,14 +71,13 @@ def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
     types, s, seen = data.volume.types, now["s"], now["T"]
     place = rays.line.look(s)
     steps = place.word < int(EMPTY)
-    planned = data.grid.relative_step(place.word)
-    if data.quadrature == "midpoint":
-        planned = dr.select(steps, planned, data.grid.first)
-    planned *= data.scale
-    if data.grid.grid.weighs_transmittance:
-        planned *= inverse_third_root(types, seen)
+    planned = dr.select(steps, data.grid.relative_step(place.word), data.grid.grid.first) * data.scale
+    if data.grid.grid.adapts:
+        planned *= step_growth(types, seen)
     planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
-    per_cell = data.grid.voxels_per_cell(place.word) if data.grid.grid.clears else None
+    if data.grid.grid.first == 0.0:
+        planned = dr.select(steps, planned, 0.0)
+    per_cell = data.grid.voxels_per_cell(place.word) if data.grid.grid.adapts else None
     ahead = Ahead(steps, planned, rays.line.leap(place), per_cell)
     after = dict(now)
     advance = midpoint if data.quadrature == "midpoint" else preintegrated

@@ -19,7 +19,7 @@ class Limits:
     """Where a march gives up exactness for time.
 
     A ray ends at ``least_transmittance``. Through values that show nothing it goes up to ``boldest`` times as far as
-    is certain before looking whether it has missed anything; 1 never misses.
+    is certain before looking whether it has missed anything; 1 misses nothing, to a thousandth of a voxel.
     """
 
     least_transmittance: float = 1e-5

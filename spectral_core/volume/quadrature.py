@@ -8,16 +8,16 @@ from typing import Any
 
 from spectral_core.volume.arithmetic import larger, smaller
 from spectral_core.volume.device import DeviceTable
+from spectral_core.volume.device_grid import BEYOND
 from spectral_core.volume.march_input import MarchInput, Rays
 
-_FAR = 1e9
 _GROWTH = 1.3  # of boldness, per step that missed nothing
-_UNLIKELY = 0.8  # of the bound on a brick's slope, which is loose: what is missed stays 75 dB under the picture
+_UNLIKELY = 0.8  # of the bound on a brick's slope, which is loose: `volume-bold` prints what is missed
 
 
 @dataclass(frozen=True)
 class Ahead:
-    """What lies before a turn: whether it ``steps`` or leaps, and lengths in index units.
+    """What lies before a turn: whether it ``steps`` or leaps, and lengths in index units (voxels).
 
     ``planned`` is the step of the rule; ``leap`` ends past the empty bricks, or past this one if it shows something.
     ``per_cell`` is how far a ray goes at least in this brick while the data value moves by one cell of the table; it
@@ -29,21 +29,23 @@ class Ahead:
     leap: Any
     per_cell: Any = None
 
-    def clear(self, cells: Any, back: Any = 0.0) -> Any:
-        """How far nothing can show in this brick, where ``back`` behind the data value is ``cells`` from what shows."""
-        return smaller(larger(cells * self.per_cell - back, 0.0), self.leap)
+    def stays(self, way: Any) -> Any:
+        """Whether the ray is still in this brick after ``way``, by a margin over how far ahead bricks are looked up."""
+        return self.steps & (way < self.leap - 3.0 * BEYOND)
 
 
 def midpoint(
     data: MarchInput, rays: Rays, now: dict[str, Any], after: dict[str, Any], ahead: Ahead
 ) -> tuple[Any, list[Any], Any]:
-    """(step, sources, extinction) from the middle of a step; what is known to be clear before it is passed over, and
-    a leap has its step in the same turn.
+    """(step in voxels, sources and extinction per world unit) from the middle of a step; fills in ``after``.
+
+    What is known to be clear before the step is passed over, and a leap has its step in the same turn. ``clear`` is a
+    length in voxels; it is known only while the ray stays in the brick where the value was looked up.
     """
     import drjit as dr
 
-    s, table, clears = now["s"], data.table, data.grid.grid.clears
-    clear = ahead.clear(now["clear"], now["back"]) if clears else 0.0
+    s, table, clears = now["s"], data.table, data.grid.grid.adapts
+    clear = smaller(now["clear"], ahead.leap) if clears else 0.0
     start = smaller(s + dr.select(ahead.steps, clear, ahead.leap), rays.length)
     end = start + smaller(ahead.planned, rays.length - start)
     # What float32 really added: steps much shorter than s are rounded, always the same way over many of them.
@@ -53,26 +55,26 @@ def midpoint(
     columns = [dr.fma(part, record[c + table.columns], record[c]) for c in range(table.columns)]
     after["s"] = end
     if clears:
-        after["clear"] = table.clear(part, record)
-        # Where the step has left its brick, nothing is known of how fast values change there.
-        after["back"] = dr.select(ahead.steps & (end - s >= ahead.leap), _FAR, 0.5 * step)
+        length = larger(dr.fma(table.clear(part, record), ahead.per_cell, -0.5 * step), 0.0)
+        after["clear"] = dr.select(ahead.stays(end - s), length, 0.0)
     return step, *data.optics(columns, point, True)
 
 
 def preintegrated(
     data: MarchInput, rays: Rays, now: dict[str, Any], after: dict[str, Any], ahead: Ahead
 ) -> tuple[Any, list[Any], Any]:
-    """(step, sources, extinction) as means between the data values at the ends of the step.
+    """(step in voxels, sources and extinction per world unit) as means between the data values at the ends of the step;
+    fills in ``after``. ``clear`` is in cells of the transfer table.
 
     A step through values that are known to show nothing may be longer than planned: its means are zero. A bold one,
     longer than is known to be clear, is taken back if something showed after all.
     """
     import drjit as dr
 
-    s, table, clears = now["s"], data.table, data.grid.grid.clears
+    s, table, clears = now["s"], data.table, data.grid.grid.adapts
     step = ahead.planned
     if clears:
-        step = larger(step, ahead.clear(now["clear"] * now["bold"]))
+        step = larger(step, smaller(now["clear"] * now["bold"] * ahead.per_cell, ahead.leap))
     after["s"] = s + dr.select(ahead.steps, smaller(step, rays.length - s), ahead.leap)
     point = rays.at(smaller(after["s"], rays.length))
     x = table.position(data.volume.value(point, True))

@@ -137,9 +137,13 @@ class VolumeRenderer:
             from spectral_core.volume.plan import plan
 
             stepping = plan(self, view, transfer).stepping
+        import drjit as dr
+
         start = time.perf_counter()
         x, y, order = _pixel_places(self.types, view.width, view.height)
-        out = self._marched(view, transfer, stepping, (x, y), limits, counts)
+        out = self._marched(view, transfer, stepping, (x, y), limits=limits, counts=counts)
+        if counts:
+            dr.schedule(out.samples, out.steps)  # with the picture: evaluated later, each would march anew
         channels = _image(self.types, [*out.amounts, out.transmittance], order).reshape(view.height, view.width, -1)
         seconds = time.perf_counter() - start
         samples, steps = (
@@ -161,7 +165,7 @@ class VolumeRenderer:
         """
         import drjit as dr
 
-        out = self._marched(view, transfer, stepping, pixels, limits, counts=True)
+        out = self._marched(view, transfer, stepping, pixels, limits=limits, counts=True)
         channels = [*out.amounts, out.transmittance, out.samples, out.steps]
         dr.eval(channels)
         return [channel.numpy() for channel in channels]
@@ -172,6 +176,7 @@ class VolumeRenderer:
         transfer: TransferFunction,
         stepping: Stepping,
         pixels: tuple[Any, Any],
+        *,
         limits: Limits,
         counts: bool,
     ) -> Marched:
@@ -223,7 +228,7 @@ class PreparedTransfer:
         types, quadrature = self.renderer.types, stepping.quadrature
         with_integrals = quadrature == "preintegrated"
         grid = self.grid(stepping.rule)
-        kind = (with_integrals, grid.grid.clears)
+        kind = (with_integrals, grid.grid.adapts)
         if kind not in self._tables:
             device = self.renderer.device_volume
             self._tables[kind] = DeviceTable(types, self.table, device, integrals=kind[0], clearance=kind[1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step rules: one float per brick, for a field and a transfer function.
+"""Step rules: one word per brick, for a field and a transfer function.
 
 A positive number is the relative step in voxels, to be multiplied by the step scale. In `error`'s, the lower 16 bits
 hold another, the upper half of a float32: how far at least a ray goes while the data value moves by one cell of the
@@ -35,10 +35,10 @@ EMPTY = np.uint32(1 << 31)
 class StepGrid:
     """Steps and leaps of one rule: ``words`` (bz, by, bx) as the module says, float32 or bits, as uint32.
 
-    ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that), and
-    ``weighs_transmittance`` says that the step grows as T^(-5/16) where light from further on hardly counts, and
-    ``clears`` that words tell how far a ray may go through values that show nothing. ``first`` is the relative step
-    that a midpoint march makes in the same turn as a leap, before it knows the brick where that ends.
+    ``longest`` is the longest step in voxels that the rule allows (its statistics hold no further than that).
+    ``adapts`` says that the step grows as T^(-5/16), where light from further on hardly counts, and that words tell how
+    far a ray may go through values that show nothing. ``first`` is the relative step that a midpoint march makes in the
+    same turn as a leap, before it knows the brick where that ends.
     """
 
     rule: Rule
@@ -46,14 +46,8 @@ class StepGrid:
     centred: bool
     words: NDArray[np.uint32]
     longest: float
-    weighs_transmittance: bool
-    clears: bool
+    adapts: bool
     first: float
-
-    @property
-    def occupied(self) -> float:
-        """Share of bricks that show something."""
-        return float(np.mean(self.words < EMPTY))
 
     def bounds(self, shape: tuple[int, int, int]) -> tuple[list[float], list[float]]:
         """Index box (low, high), x first, of the bricks that show something in a field of ``shape`` voxels.
@@ -170,7 +164,8 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables) -> S
     if adapts:
         steps = (steps & np.uint32(0xFFFF0000)) | _upper_half(ranges.voxels_per_cell(statistics.slope))
     words = np.where(shows, steps, leaps)
-    return StepGrid(rule, edge, statistics.centred, words, longest, adapts, adapts, 0.0 if rule == "thesis" else 1.0)
+    first = 0.0 if rule == "thesis" else 1.0
+    return StepGrid(rule, edge, statistics.centred, words, longest=longest, adapts=adapts, first=first)
 
 
 def _with_neighbours(rough: NDArray[np.float64], own: float) -> NDArray[np.float64]:

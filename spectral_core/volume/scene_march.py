@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.arithmetic import bounded, inverse_third_root, larger, smaller
+from spectral_core.volume.arithmetic import bounded, larger, smaller, step_growth
 from spectral_core.volume.march import mean_attenuation
 from spectral_core.volume.march_input import USUAL, MarchInput, Rays, clip_to_box
 from spectral_core.volume.rules import EMPTY, SHORTEST_STEP
@@ -139,8 +139,8 @@ def _look(data: MarchInput, rays: Rays, begin: Any, t: Any, seen: Any) -> tuple[
     place = rays.line.look(local, inside)
     shows = inside & (place.word < int(EMPTY))
     step = data.grid.relative_step(place.word) * data.scale
-    if data.grid.grid.weighs_transmittance:
-        step *= inverse_third_root(data.volume.types, seen)
+    if data.grid.grid.adapts:
+        step *= step_growth(data.volume.types, seen)
     step = smaller(bounded(step, SHORTEST_STEP, data.grid.longest), rays.length - local)
     ahead = dr.select(shows, step, rays.line.leap(place)) * rays.world
     waiting = dr.select((local <= -1e-3) & (rays.length > 0), begin - t, _FAR)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The march's own minimum, maximum, bounds and fourth root, and tables where packets can read them."""
+"""The march's own minimum, maximum, bounds and growth of steps, and tables where packets can read them."""
 
 import numpy as np
 import pytest
 
 from spectral_core.llvm_library import use_newest_llvm
-from spectral_core.volume.arithmetic import bounded, inverse_third_root, larger, smaller
+from spectral_core.volume.arithmetic import bounded, larger, smaller, step_growth
 from spectral_core.volume.device import _aligned
 
 pytest.importorskip("drjit")
@@ -23,13 +23,13 @@ def test_they_are_what_numpy_says(rng):
     assert (larger(1.0, 2.0), smaller(1.0, 2.0), bounded(3.0, 0.0, 1.0)) == (2.0, 1.0, 1.0)
 
 
-def test_third_root_is_near_enough():
+def test_growth_is_near_enough():
     import drjit.llvm as types
     import drjit.scalar
 
     values = np.logspace(-6, 0, 500).astype(np.float32)
-    assert np.allclose(inverse_third_root(types, types.Float(values)).numpy(), values**-0.3125, rtol=0.05)
-    assert inverse_third_root(drjit.scalar, 2.0**-16) == pytest.approx(2.0**5)
+    assert np.allclose(step_growth(types, types.Float(values)).numpy(), values**-0.3125, rtol=0.05)
+    assert step_growth(drjit.scalar, 2.0**-16) == pytest.approx(2.0**5)
 
 
 def test_tables_lie_where_one_load_reads_a_record(rng):

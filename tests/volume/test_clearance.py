@@ -105,3 +105,43 @@ def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
     image = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.01), counts=True)
     assert image.steps / 64 < 90  # two voxels of the brick in steps of 0.01 would be two hundred
     assert image.transmittance[0, 0] == pytest.approx(np.exp(-5 * 0.005 * 64), rel=1e-3)
+
+
+def through(volume, transfer, origin, direction, scale):
+    """Transmittance of one ray, marched with midpoints by the `error` rule and by fine uniform steps."""
+    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+
+    ahead = np.asarray(origin) + np.asarray(direction)
+    view = View.looking(origin, ahead, [0.0, 0.3, 1.0], width=1, height=1, fov_deg=None, ortho_width=1e-6)
+    renderer = VolumeRenderer(volume)
+    return [
+        float(renderer.render(view, transfer, stepping).transmittance[0, 0])
+        for stepping in (Stepping("error", "midpoint", scale), Stepping("uniform", "midpoint", 0.002))
+    ]
+
+
+@pytest.mark.parametrize("scale", [0.2089, 0.25, 0.409, 0.5, 0.7671, 0.8, 1.0])
+def test_a_flat_plateau_just_above_the_threshold_is_not_passed_over(scale):
+    pytest.importorskip("drjit")
+    data = np.zeros((7, 3, 3), np.uint8)
+    data[2:5] = 200
+    transfer = TransferFunction((Material("sheet", [0, 195, 195, 255], [0, 0, 1, 1], [1, 1, 1]),))
+    got, wanted = through(ScalarVolume("sheet", data), transfer, [-5.0, 1.0, 1.0], [1.0, 0.0, 0.0], scale)
+    assert wanted < 0.2 and got < 3 * wanted
+
+
+def test_what_is_clear_in_one_brick_is_not_in_the_next(rng):
+    pytest.importorskip("drjit")
+    data = np.zeros((21, 21, 21), np.uint8)
+    for start in (2, 14):
+        data[start : start + 5] = np.array([190, 198, 206, 198, 190], np.uint8)[:, None, None]
+    transfer = TransferFunction((Material("ridge", [0, 192, 192, 255], [0, 0, 0.5, 0.5], [1, 1, 1]),))
+    volume = ScalarVolume("ridges", data)
+    rays = [([-8.101472, -13.097548, 4.887183], [0.684059, 0.726665, 0.063409])]
+    for _ in range(12):
+        direction = np.array([1.0, *rng.uniform(-1.0, 1.0, 2)])
+        direction /= np.linalg.norm(direction)
+        rays.append((np.array([10.0, *rng.uniform(6, 14, 2)]) - 20 * direction, direction))
+    for origin, direction in rays:
+        got, wanted = through(volume, transfer, origin, direction, 0.2)
+        assert got < 1.5 * wanted + 1e-4

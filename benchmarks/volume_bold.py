@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What bold steps save and miss: turns per ray, and the careful picture held against the bold one, in dB.
+
+Narrow functions, pre-integrated, with steps fine enough that the two differ by little else. Arguments: volume names.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from benchmarks import Options
+from benchmarks._volumes import all_volumes, colors_of
+from spectral_core.volume.march_input import Limits
+from spectral_core.volume.plan import snr_db
+from spectral_core.volume.presets import preset
+from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.view import View
+
+
+def run(options: Options) -> dict[str, Any]:
+    size = 64 if options.quick else 256
+    figures: dict[str, Any] = {}
+    for volume in all_volumes(options.quick, options.extra):
+        renderer, transfer = VolumeRenderer(volume), preset("narrow", volume)
+        view = View.around(volume, 33.0, 21.0, width=size, height=size)
+        way = Stepping("error", "preintegrated", 0.01)
+        careful, bold = (
+            renderer.render(view, transfer, way, counts=True, limits=limits)
+            for limits in (Limits(boldest=1.0), Limits())
+        )
+        truth = colors_of(careful, transfer)
+        difference = snr_db(truth, colors_of(bold, transfer) - truth)
+        share = (bold.steps or 0) / max(careful.steps or 1, 1)
+        print(f"{volume.name:15} bold march takes {share:.2f} of the turns, differs by {difference:.1f} dB", flush=True)
+        figures |= {f"{volume.name}_turns": share, f"{volume.name}_db": difference}
+    return figures
