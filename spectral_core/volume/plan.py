@@ -34,7 +34,7 @@ PILOT_RAYS = 4096
 _SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.92
 # Time of one turn of the loop, in turns of the uniform midpoint march, and of a ray before its first turn.
 _TURN = {("uniform", "midpoint"): 1.0, ("uniform", "preintegrated"): 1.1}
-_ADAPTIVE_TURN = {"midpoint": 1.1, "preintegrated": 1.2}
+_ADAPTIVE_TURN = {"midpoint": 1.1, "preintegrated": 1.25}
 _RAY = 1.2
 
 
