@@ -40,11 +40,10 @@ class UnknownNameError(InvalidInputError):
         """Build the message that names what is known, the nearest first."""
         names = sorted(known)
         near = difflib.get_close_matches(given, names, n=3, cutoff=0.4)
-        hint = (
-            f"did you mean {' or '.join(map(repr, near))}?"
-            if near
-            else f"known: {', '.join(names[:20])}" + (f" and {len(names) - 20} more" if len(names) > 20 else "")
-        )
+        listed = ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
+        hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {listed}"
+        if near and len(names) <= 8:  # few enough to say them all
+            hint += f" Known: {listed}"
         return cls(f"no {kind} is named {given!r}; {hint}")
 
 

@@ -8,13 +8,14 @@ signal-to-noise ratio in dB: --quality by word, --target-snr by number; the erro
 measured after it with --report. Further lights make further pictures from the same march, without a ray.
 
   spectral-scene volume head.nrrd --transfer examples/transfer/solid.toml --report
-  spectral-scene volume sample:engine --transfer painted.toml --light D65 --light HP1 --out engine.png
+  spectral-scene volume sample:engine --transfer examples/transfer/painted.toml --light D65 --light HP1 --out engine.png
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +32,10 @@ QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", metavar="VOLUME", help="file, folder of slices, pattern or sample:NAME")
     parser.add_argument(
-        "--transfer", required=True, metavar="TF", help="transfer function file (.toml, .json) or preset"
+        "--transfer",
+        required=True,
+        metavar="TF",
+        help="transfer function file (.toml, .json) or preset: wide, narrow, opaque, xray or edges",
     )
     wanted = parser.add_mutually_exclusive_group()
     wanted.add_argument("--quality", choices=QUALITY_DB, help="error of the picture by word (default: good)")
@@ -143,7 +147,11 @@ def _transfer(given: str, volume: ScalarVolume) -> TransferFunction:
         return read_transfer(given).for_volume(volume)
     from spectral_core.volume.presets import preset
 
-    return preset(given, volume)
+    return preset(given.removeprefix("preset:"), volume)  # as the integrator's files spell it
+
+
+def _estimate(snr_db: float) -> str:
+    return f"estimated {snr_db:.1f} dB" if math.isfinite(snr_db) else "no difference expected"
 
 
 def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> dict[str, Any]:
@@ -168,7 +176,7 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
     way = chosen.stepping
     print(
         f"{volume.name}: {'×'.join(map(str, volume.shape))} {volume.data.dtype}; {way.rule} steps, {way.quadrature}, "
-        f"scale {way.scale:.3g}; estimated {chosen.estimate_db:.1f} dB for {wanted:g} dB ({chosen.seconds:.2f} s)"
+        f"scale {way.scale:.3g}; {_estimate(chosen.estimate_db)} for {wanted:g} dB ({chosen.seconds:.2f} s)"
     )
     image = renderer.render(view, transfer, way, counts=True)
     figures: dict[str, Any] = {

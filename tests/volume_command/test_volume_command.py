@@ -105,6 +105,13 @@ def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
     assert np.load(tmp_path / "a.npy").max() > 0
 
 
+def test_a_two_dimensional_function_is_measured_too(capsys, tmp_path):
+    arguments = ("--transfer", "preset:edges", "--size", 64, 64, "--quality", "draft", "--report")
+    status, figures = call(capsys, "sample:engine:32", *arguments, "--out", tmp_path / "a.png")
+    assert status == 0 and figures["report"]["chosen"]["quadrature"] == "midpoint"
+    assert abs(figures["report"]["chosen"]["snr_db"] - figures["estimate_db"]) < 3
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -119,6 +126,7 @@ def test_raw_numbers_are_laid_out_by_the_caller(blob, capsys, tmp_path):
         (["{blob}", "--transfer", "{wide}", "--zoom", "0"], "zoom is 0.0; expected a value from"),
         (["{blob}", "--transfer", "{wide}", "--light", "D66"], "no illuminant is named 'D66'; did you mean 'D65'"),
         (["{blob}", "--transfer", "{palette}"], 'format is "spectral-scene palette"'),
+        (["{blob}", "--transfer", "{wide}", "--rule", "fast"], "Known: auto, error, thesis, uniform"),
         (["none_####.vti", "--transfer", "{wide}"], "no file in . matches"),
     ],
 )

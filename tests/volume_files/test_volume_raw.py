@@ -38,7 +38,7 @@ def test_raw_of_another_length_is_refused(tmp_path):
         FileFormatError, match=r"a.raw has 100 bytes; 4×3×5 numbers of type uint16 after 0 bytes .* 120 bytes"
     ):
         read_volume(tmp_path / "a.raw", raw=RawLayout(SHAPE, "uint16"))
-    with pytest.raises(InvalidInputError, match=r"does not spell a layout.*give raw=RawLayout"):
+    with pytest.raises(InvalidInputError, match=r"does not spell a layout.*raw=RawLayout"):
         read_volume(tmp_path / "a.raw")
     (tmp_path / "a.mhd").write_text("NDims = 3")
     with pytest.raises(InvalidInputError, match=r"a.mhd lies beside it: open that"):

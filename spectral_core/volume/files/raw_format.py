@@ -21,7 +21,11 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     layout = request.raw or RawLayout.from_name(path.name)
     if layout is None:
         beside = [path.with_suffix(ending).name for ending in _HEADERS if path.with_suffix(ending).exists()]
-        hint = f"{beside[0]} lies beside it: open that" if beside else "give raw=RawLayout(shape, dtype)"
+        hint = (
+            f"{beside[0]} lies beside it: open that"
+            if beside
+            else ("give its layout: raw=RawLayout(shape, dtype), or --raw-shape and --raw-type on the command line")
+        )
         raise InvalidInputError(
             f"{path.name} is a file of bare numbers and its name does not spell a layout as "
             f"'foot_256x256x256_uint8.raw' does; {hint}"
