@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,7 +78,6 @@ def run(arguments: argparse.Namespace) -> int:
     out = require_ending(arguments.out or Path(_stem(arguments.volume)).with_suffix(".png"))
     for name in arguments.light:
         datasets.illuminant(name)  # a name that is unknown is said before the render
-    _find_llvm()
     frames = []
     for number, volume in _frames(arguments):
         path = out if number is None else out.with_stem(f"{out.stem}_{number:04d}")
@@ -94,15 +92,6 @@ def _stem(volume: str) -> str:
         return volume.split(":")[1] or "sample"
     name = Path(volume).name.removesuffix(".gz")
     return (Path(name).stem.rstrip("#*_.-") or "volume").replace("%", "")
-
-
-def _find_llvm() -> None:
-    """Dr.Jit takes the first LLVM of the system, which may be too old for it; ours is the newest that works."""
-    from spectral_core.render.variant import find_llvm
-
-    found = find_llvm()
-    if found is not None:
-        os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[0])
 
 
 def _frames(arguments: argparse.Namespace) -> Any:

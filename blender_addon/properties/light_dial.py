@@ -107,13 +107,4 @@ def storage_of(dial):
     return Storage.bands(int(dial.storage.removeprefix("BANDS")))
 
 
-def register() -> None:
-    """Register the classes; the scene's ``spectral`` holds them."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Take them away."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -113,14 +113,4 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
 
 CLASSES = (SpectralPaletteReference, SpectralPaletteCell)
 
-
-def register() -> None:
-    """Register the classes."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Take them away."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

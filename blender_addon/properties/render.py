@@ -81,13 +81,4 @@ def overrides_of(settings) -> dict[str, str]:
     return chosen
 
 
-def register() -> None:
-    """Register the classes; the scene's ``spectral`` holds them."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Take them away."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the march does many times per turn, as cheaply as it may be done.
 
-Dr.Jit's own minimum and maximum hold to IEEE's rules for NaN, for which x86 has no instruction: there each takes the
-time of nine of these, and a turn of the march has thirty. Where either argument is NaN the second is returned.
+Dr.Jit's own minimum and maximum hold to IEEE's rules for NaN, for which x86 has no instruction, so each takes several
+times as long as these, and a turn of the march has thirty. Where either argument is NaN the second is returned.
 """
 
 from __future__ import annotations
