@@ -8,8 +8,8 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core import datasets, observer
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 LIGHT_GROUPS = {
     "LED": ("LED", "PHOS", "Luxeon"),
@@ -22,8 +22,8 @@ LIGHT_GROUPS = {
 def unique_lights() -> list[Illuminant]:
     """colour-science's lights as shipped, without those that it holds twice, each of luminance 1."""
     lights: list[Illuminant] = []
-    for name in datasets.illuminant_names():
-        light = observer.normalized(datasets.illuminant(name))
+    for name in catalogue.illuminant_names():
+        light = observer.normalized(catalogue.illuminant(name))
         visible = light.at(np.arange(380, 781))
         if not any(np.allclose(visible, other.at(np.arange(380, 781))) for other in lights):
             lights.append(light)
@@ -43,7 +43,7 @@ def measured_reflectances(grid: SpectralGrid) -> tuple[NDArray[np.float64], int]
 
     The materials come from colour-science; without it only the color checker is returned.
     """
-    checker = np.array([datasets.reflectance(name).at(grid.wavelengths_nm) for name in datasets.reflectance_names()])
+    checker = np.array([catalogue.reflectance(name).at(grid.wavelengths_nm) for name in catalogue.reflectance_names()])
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

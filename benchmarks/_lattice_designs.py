@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core import lattice
 from spectral_core.lattice.construction import Lattice
-from spectral_core.lattice.frame import random_rotation
+from spectral_core.lattice.fill.frame import random_rotation
 
 Points = NDArray[np.float64] | None
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.lattice.frame import random_rotation
-from spectral_core.lattice.regions import Region, ball, corner_simplex, halfspaces
+from spectral_core.lattice.fill.frame import random_rotation
+from spectral_core.lattice.fill.regions import Region, ball, corner_simplex, halfspaces
 
 KINDS = ("tangent planes", "cut box", "thin box 100:1", "simplex", "corner simplex", "cut ball", "cross polytope")
 

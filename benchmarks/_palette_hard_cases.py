@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from spectral_core.datasets import illuminant
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 LINE_LAMPS = ("HP1", "HP2", "FL3.12", "FL11", "LPS", "Mercury", "Metal Halide", "LED-RGB1")
 BINS = (5, 9, 16, 31, 31, 31, 41, 61, 100)

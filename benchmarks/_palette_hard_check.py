@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.color import RGB_FROM_XYZ
-from spectral_core.observer import xyz_from_product
 from spectral_core.palette import CellMode, PaletteSolution
-from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
-from spectral_core.palette.wishes import SMOOTHNESS_RANGE, WEIGHT_RATIO
+from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
+from spectral_core.palette.assemble.wishes import SMOOTHNESS_RANGE, WEIGHT_RATIO
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import xyz_from_product
 
 
 def independent_kkt(solution: PaletteSolution) -> float:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.color import display_rgb_from_linear
 from spectral_core.palette import PaletteSolution
+from spectral_core.spectra.color import display_rgb_from_linear
 
 INK = "#333333"
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.presets import SPLIT_COLORS, sine_light
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 GRID = SpectralGrid.uniform(400.0, 700.0, 10.0, interpolation="sampled")
 PER_NM = 0.1
@@ -113,7 +113,7 @@ def random_palette(
     size: tuple[int, int], rng: np.random.Generator, grid: SpectralGrid = GRID, *, bounded: bool = True, rounds: int = 1
 ) -> PaletteProblem:
     """Section 5.4.2: random colors, random lights of luminance 6, ω_D = 0.001; (reflectances, lights)."""
-    from spectral_core.observer import normalized
+    from spectral_core.spectra.observer import normalized
 
     starts = [normalized(Illuminant(f"L{j}", grid, rng.uniform(size=grid.size)), luminance=6.0) for j in range(size[1])]
     colors = rng.uniform(size=(*size, 3))

@@ -29,7 +29,7 @@ def transmittance_only(
     exact: np.ndarray, renderer: VolumeRenderer, transfer: TransferFunction, view: View
 ) -> np.ndarray:
     """volpath knows no emission: it is held against the transmittance before a white wall."""
-    from spectral_core.volume.march_input import REFERENCE
+    from spectral_core.volume.march.march_input import REFERENCE
     from spectral_core.volume.renderer import Stepping
 
     fine = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.1), limits=REFERENCE)

@@ -13,7 +13,7 @@ import numpy as np
 
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march_input import REFERENCE
+from spectral_core.volume.march.march_input import REFERENCE
 from spectral_core.volume.plan import Pilot, snr_db
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
 from spectral_core.volume.samples import sample_volume

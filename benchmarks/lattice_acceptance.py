@@ -14,7 +14,7 @@ from benchmarks._lattice_polytopes import KINDS, random_polytope
 from spectral_core import lattice
 from spectral_core.errors import SpectralError
 from spectral_core.lattice.construction import MAX_LOG_SCALE
-from spectral_core.lattice.plotting import distinct_planar_lattices
+from spectral_core.lattice.measure.plotting import distinct_planar_lattices
 
 PUBLISHED = {
     (2, 2): 0.500000, (2, 3): 0.537285, (3, 2): 0.482535, (3, 3): 0.482911, (4, 2): 0.524091, (4, 3): 0.547386,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lattices against Sobol, Halton, Latin hypercubes, Poisson disk, rank-1, R-sequence, grids: evenness and time.
 
-Prints the tables of docs/lattice.md. Means over seeds; see ``spectral_core.lattice.measures`` for the measures.
+Prints the tables of docs/lattice.md. Means over seeds; see ``spectral_core.lattice.measure.measures`` for the measures.
 """
 
 from __future__ import annotations

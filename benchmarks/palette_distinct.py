@@ -17,10 +17,10 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._palette_pictures import draw_palette
-from spectral_core.color import delta_e_1976, delta_e_2000, lab_from_linear_rgb
 from spectral_core.palette import PaletteProblem, PaletteSolution
-from spectral_core.palette.distinct import solve_distinct
+from spectral_core.palette.distinct.search import solve_distinct
 from spectral_core.palette.presets import most_distinct
+from spectral_core.spectra.color import delta_e_1976, delta_e_2000, lab_from_linear_rgb
 
 CASES = [
     ("5 under HP1 (the preset)", {}, 0.5),

@@ -17,11 +17,11 @@ from benchmarks import Options
 from benchmarks._palette_hard_cases import hard_problem
 from benchmarks._palette_hard_check import independent_kkt
 from spectral_core.palette import PaletteProblem, solve_palette
-from spectral_core.palette.engines import ENGINES
-from spectral_core.palette.phase import PhaseBuilder
-from spectral_core.palette.phase_solve import solve_phase
-from spectral_core.palette.state import initial_state
-from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.phase_solve import solve_phase
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.live.state import initial_state
+from spectral_core.palette.qp.engines import ENGINES
 
 LIMIT = 1e-6
 

@@ -19,10 +19,7 @@ from benchmarks import Options
 from benchmarks._catalogue import light_group, measured_reflectances, unique_lights
 from benchmarks._light_model_picture import draw_errors
 from benchmarks._palette_thesis_data import GRID, PRINTED
-from spectral_core import datasets
-from spectral_core.color import delta_e_2000, lab_from_xyz
-from spectral_core.observer import xyz_from_product
-from spectral_core.palette.light_models import (
+from spectral_core.light_models import (
     NATURAL_NODES_NM,
     BasisModel,
     FactorModel,
@@ -32,8 +29,10 @@ from spectral_core.palette.light_models import (
     principal_components,
     representative_spectra,
 )
-from spectral_core.palette.light_models.factor import optimized_edges
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.light_models.factor import optimized_edges
+from spectral_core.spectra.color import delta_e_2000, lab_from_xyz
+from spectral_core.spectra.observer import xyz_from_product
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
@@ -125,7 +124,7 @@ def table(catalogue: Catalogue, sizes: tuple[int, ...], pixels: int) -> list[dic
     print(f"\n{len(catalogue.lights)} lights × {len(catalogue.reflectances)} reflectances")
     print(f"{'model':34} {'m':>3} {'mean':>9} {'p95':>8} {'max':>8} {'2 bounces':>9} {'multipl.':>9} {'ns/pixel':>8}")
     grid = catalogue.grid
-    rows = [row("RGB of D65", RgbModel(grid, datasets.illuminant("D65")), catalogue, pixels)]
+    rows = [row("RGB of D65", RgbModel(grid, catalogue.illuminant("D65")), catalogue, pixels)]
     for size in sizes:
         rows += [row(label, model, catalogue, pixels) for label, model in learnt_models(size, catalogue)]
         if size in NATURAL_NODES_NM:

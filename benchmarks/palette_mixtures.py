@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
-from spectral_core import datasets, observer
-from spectral_core.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.fluorescence import FluorescentDye, led
-from spectral_core.palette.fluorescent_design import solve_fluorescent
-from spectral_core.palette.mixtures import additive_mixture, tint_differences
+from spectral_core.palette.paint.fluorescence import FluorescentDye, led
+from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
+from spectral_core.palette.paint.mixtures import additive_mixture, tint_differences
+from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct
-from spectral_core.palette.tints import TintCriterion, solve_with_tints
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import SpectralGrid
 
 LEVELS = (0.75, 0.5, 0.25)
 
@@ -66,10 +66,10 @@ def _additive() -> dict[str, float]:
 def _fluorescence() -> dict[str, Any]:
     grid = SpectralGrid.uniform(360, 780, 10)
     dye = FluorescentDye.gaussian("green", 400, 530)
-    daylight = observer.normalized(datasets.illuminant("D65"))
+    daylight = observer.normalized(catalogue.illuminant("D65"))
     points = np.arange(360.0, 781.0)
     power = float(daylight.at(points).sum())
-    lamps = [datasets.illuminant(name) for name in ("A", "HP1", "FL11", "LED-B5")]
+    lamps = [catalogue.illuminant(name) for name in ("A", "HP1", "FL11", "LED-B5")]
     others = [lamp.scaled(power / float(lamp.at(points).sum())) for lamp in lamps]
     lights = [daylight, led(405, power=0.3 * power), led(445, power=0.3 * power), *others]
     free = [Cell.ignore()] * (len(lights) - 2)

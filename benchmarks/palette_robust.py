@@ -13,12 +13,12 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks import _palette_thesis_data as thesis
-from spectral_core.color import delta_e_2000, lab_from_linear_rgb
-from spectral_core.observer import OBSERVER_NAMES
 from spectral_core.palette import Cell, PaletteProblem, solve_palette
-from spectral_core.palette.kernel import color_kernel
+from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.presets import split_light
-from spectral_core.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import OBSERVER_NAMES
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 
 def run(options: Options) -> dict:

@@ -16,18 +16,18 @@ from time import perf_counter, process_time
 import numpy as np
 
 from benchmarks import Options
-from spectral_core.datasets import illuminant
-from spectral_core.observer import normalized
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
-from spectral_core.palette.compiled import WishArrays
-from spectral_core.palette.criteria import second_differences
-from spectral_core.palette.general import cvxpy_module, reflectances_by_cvxpy
-from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.assemble.compiled import WishArrays
+from spectral_core.palette.assemble.criteria import second_differences
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.live.session import PaletteSession
+from spectral_core.palette.live.state import PaletteState
 from spectral_core.palette.presets import sine_light
-from spectral_core.palette.session import PaletteSession
-from spectral_core.palette.state import PaletteState
-from spectral_core.palette.wishes import compiled_wishes
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.palette.qp.general import cvxpy_module, reflectances_by_cvxpy
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import SpectralGrid
 
 SIZES = ((5, 3, 31), (15, 15, 31), (15, 15, 100))
 BUDGET_MS = {(5, 3, 31): 2.0, (15, 15, 31): 16.0, (15, 15, 100): 50.0}

@@ -11,11 +11,11 @@ import numpy as np
 from benchmarks import Options
 from benchmarks import _palette_thesis_data as thesis
 from benchmarks._palette_pictures import draw_distances, draw_errors, draw_palette
-from spectral_core.color import delta_e_1976, delta_e_2000, lab_from_linear_rgb
 from spectral_core.palette import PaletteSolution, solve_palette
-from spectral_core.palette.kernel import color_kernel
+from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.presets import metamer_pair
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra.color import delta_e_1976, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import SpectralGrid
 
 GRID_100 = SpectralGrid(np.linspace(400.0, 700.0, 100), "sampled")
 MODELS = {"31 positive": (thesis.GRID, True), "100 positive": (GRID_100, True), "31 unbounded": (thesis.GRID, False)}

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from benchmarks import Options
 from benchmarks._relight_scenes import scenes
 from benchmarks.relight_speed import _filled
-from spectral_core import datasets
-from spectral_core.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
-from spectral_core.observer import STANDARD, normalized, observer
 from spectral_core.render import render_scene
 from spectral_core.render.relight.mix import LiveMix, relight
 from spectral_core.render.relight.storage import BAND_COUNTS, BAND_ERRORS, Storage
 from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport, under_lights
-from spectral_core.render.wavelengths import WAVELENGTHS_NM
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import STANDARD, normalized, observer
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 SMOOTH = ("A", "D50", "D65", "E", "LED-B1", "LED-B3", "LED-B5", "LED-V1")
@@ -36,8 +36,8 @@ LASERS = {"laser 532": (532,), "laser 589": (589,), "lasers 450, 532, 638": (450
 def run(options: Options) -> dict[str, Any]:
     """Per number of bands: mean ΔE2000 of the worst lamp, all lamps' table, and times."""
     surfaces = _surfaces(5 if options.quick else 40)
-    lamps = [(datasets.illuminant(name), "smooth") for name in SMOOTH]
-    lamps += [(datasets.illuminant(name), "lines") for name in LINES]
+    lamps = [(catalogue.illuminant(name), "smooth") for name in SMOOTH]
+    lamps += [(catalogue.illuminant(name), "lines") for name in LINES]
     lamps += [(laser(*lines, name=name), "laser") for name, lines in LASERS.items()]
     figures: dict[str, Any] = {"lamps": len(lamps), "surfaces": {kind: len(rows) for kind, rows in surfaces.items()}}
     errors = {count: {lamp.name: _errors(count, lamp, surfaces) for lamp, _ in lamps} for count in BAND_COUNTS}
@@ -60,7 +60,7 @@ def laser(*lines_nm: int, name: str = "laser") -> Illuminant:
 def _surfaces(count: int) -> dict[str, Array]:
     """Reflectances (n, 471) at 1 nm of paths: a color chart once and twice, designed spiky ones once and twice."""
     rng = np.random.default_rng(7)
-    chart = np.stack([datasets.reflectance(name).at(WAVELENGTHS_NM) for name in datasets.reflectance_names()])
+    chart = np.stack([catalogue.reflectance(name).at(WAVELENGTHS_NM) for name in catalogue.reflectance_names()])
     # Designs on a 10 nm grid tend to the ends of what is possible (bang-bang): knots at 0 or 1, and some in between.
     knots = rng.choice([0.0, 1.0, -1.0], size=(count, 31), p=[0.4, 0.4, 0.2])
     knots = np.where(knots < 0, rng.random((count, 31)), knots)
@@ -119,11 +119,11 @@ def _times(count: int, quick: bool) -> dict[str, float]:
     width, height = (192, 108) if quick else (1920, 1080)
     live = LiveMix(_filled(Storage.bands(count), width, height, np.random.default_rng(0)))
     for group in live.transport.groups:
-        live.set_light(group, datasets.illuminant("D65"))
+        live.set_light(group, catalogue.illuminant("D65"))
     times = []
     for name in ("HP1", "A", "FL11", "D50", "FL2"):
         start = time.perf_counter()
-        live.set_light("Key", datasets.illuminant(name))
+        live.set_light("Key", catalogue.illuminant(name))
         live.picture([1, 1, 1])
         times.append(1000 * (time.perf_counter() - start))
     return {"new_spectrum_ms": float(np.median(times)), "megabytes": live.transport.channels.nbytes / 1e6}
@@ -132,7 +132,11 @@ def _times(count: int, quick: bool) -> dict[str, float]:
 def _rendered(count: int, quick: bool) -> float:
     """Mean ΔE2000 of a rendered corner under sodium, fluorescent and LED light; the same paths relit and rendered."""
     scene = scenes(*((16, 12) if quick else (64, 48)), 16)["corner"]
-    spectra = {"Key": datasets.illuminant("HP1"), "Fill": datasets.illuminant("FL11"), "Sky": datasets.illuminant("A")}
+    spectra = {
+        "Key": catalogue.illuminant("HP1"),
+        "Fill": catalogue.illuminant("FL11"),
+        "Sky": catalogue.illuminant("A"),
+    }
     relit = relight(record_transport(scene, Storage.bands(count)), lights=spectra)
     spectral = replace(scene, settings=replace(scene.settings, transport="spectral"))
     rendered = render_scene(under_lights(spectral, spectra), sampling_lights=SAMPLING_LIGHTS).pixels

@@ -10,12 +10,12 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._relight_scenes import scenes
-from spectral_core import datasets
 from spectral_core.render import render_scene
 from spectral_core.render.relight.mix import relight
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport, under_lights
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import SpectralGrid
 
 GRID = SpectralGrid.uniform(380, 780, 10)
 LAMPS = {"Key": "HP1", "Fill": "FL11", "Sky": "LED-B3"}
@@ -32,7 +32,7 @@ def run(options: Options) -> dict[str, Any]:
             lights=(replace(key, power_w=0.3 * key.power_w), fill),
             world=replace(scene.world, strength=2 * scene.world.strength),
         )
-        spectra = {group: datasets.illuminant(lamp).resampled(GRID) for group, lamp in LAMPS.items()}
+        spectra = {group: catalogue.illuminant(lamp).resampled(GRID) for group, lamp in LAMPS.items()}
         exact = relight(record_transport(scene, Storage.exact(GRID)), lights=spectra)
         spectral = replace(scene, settings=replace(scene.settings, transport="spectral"))
         rendered = render_scene(under_lights(spectral, spectra), sampling_lights=SAMPLING_LIGHTS).pixels

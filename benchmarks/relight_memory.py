@@ -15,7 +15,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.memory import available_bytes, peak_bytes, require_memory, stated_peak
 from spectral_core.render.relight.storage import Storage
 from spectral_core.scene import Scene
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra.spectrum import SpectralGrid
 
 LIGHTS = 8
 FOUR_K = (3840, 2160)

@@ -13,11 +13,11 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._relight_scenes import scenes
-from spectral_core import datasets
 from spectral_core.render import render_scene
 from spectral_core.render.relight.mix import LiveMix
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.transport import Transport
+from spectral_core.spectra import catalogue
 
 SAMPLES = 64
 
@@ -32,8 +32,8 @@ def run(options: Options) -> dict[str, Any]:
     figures["dial_ms"] = _median_ms(lambda: dial.picture(next(mixes)))
     bands = LiveMix(_filled(Storage.bands(31), width, height, rng))
     for group in bands.transport.groups:
-        bands.set_light(group, datasets.illuminant("D65"))
-    lamps = cycle([datasets.illuminant(name) for name in ("HP1", "D65", "FL11", "A")])
+        bands.set_light(group, catalogue.illuminant("D65"))
+    lamps = cycle([catalogue.illuminant(name) for name in ("HP1", "D65", "FL11", "A")])
 
     def another_spectrum() -> None:
         bands.set_light("Key", next(lamps))

@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
-from spectral_core import datasets
-from spectral_core.color import delta_e_2000, display_rgb_from_linear, lab_from_linear_rgb, linear_rgb_from_xyz
-from spectral_core.observer import normalized, xyz_of
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.presets import sine_light
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.render import render_scene
 from spectral_core.scene import Camera, Diffuse, Film, Instance, Material, Mesh, RenderSettings, Scene, SunLight
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import delta_e_2000, display_rgb_from_linear, lab_from_linear_rgb, linear_rgb_from_xyz
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import SpectralGrid
 
 COLUMNS, ROWS, LIGHTS = 6, 4, 3
 WHITE_LUMINANCE = 4.0
@@ -58,12 +58,12 @@ def designed_chart(seed: int) -> PaletteSolution:
     """24 reflectances and 3 lights, all free: color checker colors under the first light, others under the rest."""
     rng = np.random.default_rng(seed)
     grid = SpectralGrid.uniform(400, 700, 10)
-    daylight = datasets.illuminant("D65").resampled(grid)
+    daylight = catalogue.illuminant("D65").resampled(grid)
     starts = [normalized(daylight, luminance=WHITE_LUMINANCE)]
     starts += [sine_light(period, grid, luminance=WHITE_LUMINANCE) for period in (62.0, 105.0)]
-    names = datasets.reflectance_names()
-    white = normalized(datasets.illuminant("D65"))
-    checker = np.clip([linear_rgb_from_xyz(xyz_of(white, datasets.reflectance(n))) for n in names], 0.01, 0.9)
+    names = catalogue.reflectance_names()
+    white = normalized(catalogue.illuminant("D65"))
+    checker = np.clip([linear_rgb_from_xyz(xyz_of(white, catalogue.reflectance(n))) for n in names], 0.01, 0.9)
     others = [checker[rng.permutation(len(names))] * 0.5 + 0.15 for _ in range(LIGHTS - 1)]
     cells = tuple(
         (Cell.fixed(checker[i]), *(Cell.fixed(0.5 * checker[i] + 0.5 * other[i]) for other in others))

@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
-from spectral_core import datasets
 from spectral_core.render.job import RenderJob
-from spectral_core.render.plan import plan_effects
-from spectral_core.render.scalar_sums import ScalarSums
-from spectral_core.render.wavelengths import plan_wavelengths
+from spectral_core.render.plan.effects import plan_effects
+from spectral_core.render.trace.scalar_sums import ScalarSums
+from spectral_core.render.trace.wavelengths import plan_wavelengths
 from spectral_core.scene import (
     AreaLight,
     Camera,
@@ -33,6 +32,7 @@ from spectral_core.scene import (
     Scene,
     World,
 )
+from spectral_core.spectra import catalogue
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -100,8 +100,8 @@ def _scenes(size: int) -> dict[str, Scene]:
     rgb = _room(size, Color([1.0, 0.9, 0.8]))
     return {
         "room, RGB": rgb,
-        "room, D65": _room(size, datasets.illuminant("D65")),
-        "room, sodium": _room(size, datasets.illuminant("HP1")),
+        "room, D65": _room(size, catalogue.illuminant("D65")),
+        "room, sodium": _room(size, catalogue.illuminant("HP1")),
     }
 
 

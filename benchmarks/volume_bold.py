@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks import Options
 from benchmarks._volumes import all_volumes, colors_of
-from spectral_core.volume.march_input import Limits
+from spectral_core.volume.march.march_input import Limits
 from spectral_core.volume.plan import snr_db
 from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import Stepping, VolumeRenderer

@@ -16,11 +16,11 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._volumes import all_volumes, colors_of, reference, shared_data
-from spectral_core.color import WHITE_XYZ
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.presets import design_grid, sine_light
+from spectral_core.spectra.color import WHITE_XYZ
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.illumination import display_matrix
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 from spectral_core.volume.plan import plan, snr_db
 from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import Stepping, VolumeImage, VolumeRenderer, combine
@@ -154,7 +154,7 @@ def save(path: Path, pictures: list[np.ndarray]) -> None:
     except ImportError:
         print("matplotlib is not installed, so no picture was written")
         return
-    from spectral_core.color import display_rgb_from_linear
+    from spectral_core.spectra.color import display_rgb_from_linear
 
     gap = np.ones((pictures[0].shape[0], 6, 3))
     row = [part for each in pictures for part in (np.clip(display_rgb_from_linear(np.clip(each, 0, 1)), 0, 1), gap)][

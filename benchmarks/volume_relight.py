@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
-from spectral_core import datasets
 from spectral_core.llvm_library import use_newest_llvm
+from spectral_core.spectra import catalogue
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.illumination import display_matrix
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import combine
 from spectral_core.volume.samples import sample_volume
@@ -30,7 +30,7 @@ def run(options: Options) -> dict[str, Any]:
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
-    from spectral_core.volume.plugin import register_integrator
+    from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
 
     register_integrator()
     width, height, samples = (96, 54, 4) if options.quick else (1920, 1080, 16)
@@ -42,7 +42,7 @@ def run(options: Options) -> dict[str, Any]:
     figures: dict[str, Any] = {"render_s": seconds, "materials": amounts.shape[-1]}
 
     fresh, _ = render(mi, volume, transfer, view, samples, "A")
-    matrix = display_matrix(transfer, datasets.illuminant("A"))
+    matrix = display_matrix(transfer, catalogue.illuminant("A"))
     figures |= compare("relight", amounts, matrix, fresh[..., :3], seconds)
 
     colors = np.array([[0.1, 0.9, 0.3], [0.8, 0.1, 0.7], [0.2, 0.2, 1.0]])
@@ -57,7 +57,7 @@ def render(
     mi: Any, volume: ScalarVolume, transfer: TransferFunction, view: View, samples: int, light: str
 ) -> tuple[np.ndarray, float]:
     """(picture with channels, least seconds of two renders after the first)."""
-    from spectral_core.volume.integrator_settings import SceneVolume, integrator_dict
+    from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict
 
     film = {"type": "hdrfilm", "width": view.width, "height": view.height, "rfilter": {"type": "box"}, "component_format": "float32"}  # fmt: skip  # noqa: E501
     settings = {"channels": True, "scale": 0.7, "rule": "error", "quadrature": "midpoint", "light": light}

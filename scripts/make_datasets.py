@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes spectral_core/data/*.csv from colour-science, so that no start of the program has to import it."""
+"""Writes spectral_core/spectra/data/*.csv from colour-science, so that no start of the program has to import it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import colour
 import numpy as np
 
-DATA = Path(__file__).parents[1] / "spectral_core" / "data"
+DATA = Path(__file__).parents[1] / "spectral_core" / "spectra" / "data"
 OBSERVERS = {
     "cie_1931_2deg": "CIE 1931 2 Degree Standard Observer",
     "cie_1964_10deg": "CIE 1964 10 Degree Standard Observer",

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core import color, datasets
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.observer import OBSERVER_NAMES, normalized, observer, xyz_from_product, xyz_of
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra import catalogue, color
+from spectral_core.spectra.observer import OBSERVER_NAMES, normalized, observer, xyz_from_product, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 @pytest.fixture(scope="module")
@@ -82,9 +82,9 @@ def test_integrals_agree_with_colour_science(colour: Any, name: str) -> None:
     inside = np.isin(viewer.wavelengths_nm, shape.wavelengths)
 
     for light_name in ("D65", "A", "HP1", "FL11", "LED-B3", "FL2"):
-        light = datasets.illuminant(light_name)
-        for patch_name in datasets.reflectance_names():
-            patch = datasets.reflectance(patch_name)
+        light = catalogue.illuminant(light_name)
+        for patch_name in catalogue.reflectance_names():
+            patch = catalogue.reflectance(patch_name)
             stimulus = light.at(shape.wavelengths) * patch.at(shape.wavelengths)
             theirs = colour.sd_to_XYZ(
                 colour.SpectralDistribution(stimulus, shape.wavelengths),
@@ -99,8 +99,8 @@ def test_integrals_agree_with_colour_science(colour: Any, name: str) -> None:
 def test_product_matrix_is_the_integral_of_the_product() -> None:
     """The matrix form equals the direct 1 nm integral for a surface on a coarse, uneven grid."""
     grid = SpectralGrid(np.array([380.0, 410, 455, 520, 533.5, 600, 700, 780]))
-    surface = datasets.reflectance("moderate red").resampled(grid)
-    light = datasets.illuminant("FL11")
+    surface = catalogue.reflectance("moderate red").resampled(grid)
+    light = catalogue.illuminant("FL11")
 
     direct = xyz_of(light, surface)
     np.testing.assert_allclose(xyz_from_product(light, grid) @ surface.values, direct, rtol=1e-12)
@@ -108,7 +108,7 @@ def test_product_matrix_is_the_integral_of_the_product() -> None:
 
 
 def test_white_of_the_matrix_is_d65() -> None:
-    d65 = normalized(datasets.illuminant("D65"))
+    d65 = normalized(catalogue.illuminant("D65"))
 
     np.testing.assert_allclose(xyz_of(d65), color.WHITE_XYZ, atol=2e-4)
     np.testing.assert_allclose(color.lab_from_linear_rgb([1, 1, 1]), [100, 0, 0], atol=1e-10)
@@ -127,7 +127,7 @@ def test_jacobian_is_the_derivative(rng: np.random.Generator) -> None:
 def test_thesis_daylight_is_recovered() -> None:
     """On a sampled grid the plain sum of the thesis: its printed D65 has Y = 6 under a perfect white."""
     grid = SpectralGrid.uniform(400, 700, 10, interpolation="sampled")
-    light = normalized(datasets.illuminant("D65").resampled(grid), luminance=60.0)
+    light = normalized(catalogue.illuminant("D65").resampled(grid), luminance=60.0)
 
     total = xyz_from_product(light, grid) @ np.ones(grid.size)
     assert total[1] == pytest.approx(60.0, rel=1e-12)

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 
 def test_uniform_grid_has_its_end_and_says_what_it_is() -> None:
@@ -62,7 +62,7 @@ def test_cell_widths_tile_the_range() -> None:
 
 
 def test_arrays_are_read_only() -> None:
-    light = datasets.illuminant("D65")
+    light = catalogue.illuminant("D65")
     with pytest.raises(ValueError, match="read-only"):
         light.values[0] = 1.0
 
@@ -80,7 +80,7 @@ def test_values_must_fit_the_grid() -> None:
     with pytest.raises(GridMismatchError, match="has 3 values, its grid .* has 31"):
         Spectrum("short", SpectralGrid.uniform(), np.ones(3))
     with pytest.raises(GridMismatchError, match=r"use \.resampled\(grid\)"):
-        datasets.illuminant("D65").require_grid(SpectralGrid.uniform())
+        catalogue.illuminant("D65").require_grid(SpectralGrid.uniform())
 
 
 def test_averaging_keeps_the_power_of_a_line() -> None:
@@ -109,26 +109,26 @@ def test_averaging_keeps_the_power_of_a_hair(rng: np.random.Generator) -> None:
 
 def test_unknown_names_say_what_is_near() -> None:
     with pytest.raises(UnknownNameError, match="no illuminant is named 'D56'; did you mean .*'D65'"):
-        datasets.illuminant("D56")
+        catalogue.illuminant("D56")
     with pytest.raises(UnknownNameError, match="no reflectance is named 'drak skin'; did you mean 'dark skin'"):
-        datasets.reflectance("drak skin")
+        catalogue.reflectance("drak skin")
 
 
 def test_every_shipped_spectrum_can_be_read() -> None:
-    lights = [datasets.illuminant(name) for name in datasets.illuminant_names()]
-    patches = [datasets.reflectance(name) for name in datasets.reflectance_names()]
+    lights = [catalogue.illuminant(name) for name in catalogue.illuminant_names()]
+    patches = [catalogue.reflectance(name) for name in catalogue.reflectance_names()]
 
     assert len(lights) >= 106
     assert len(patches) == 24
     assert all(light.values.max() > 0 for light in lights)
-    assert datasets.illuminant("sodium").name == "HP1"
+    assert catalogue.illuminant("sodium").name == "HP1"
 
 
 def test_blackbody_peaks_where_wien_says() -> None:
     grid = SpectralGrid.uniform(360, 1200, 1)
     for kelvin in (3000.0, 4000.0, 6500.0):
-        peak = grid.wavelengths_nm[datasets.blackbody(kelvin, grid).values.argmax()]
+        peak = grid.wavelengths_nm[catalogue.blackbody(kelvin, grid).values.argmax()]
         assert peak == pytest.approx(2.897771955e6 / kelvin, abs=1.0)
-    assert datasets.illuminant("blackbody 3200").name == "blackbody 3200"
+    assert catalogue.illuminant("blackbody 3200").name == "blackbody 3200"
     with pytest.raises(InvalidInputError, match="temperature is 5 K; expected a value from 500 K"):
-        datasets.blackbody(5)
+        catalogue.blackbody(5)

@@ -1,46 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build a still life, design two glazes for it, render it under two lights, and write pictures and a report."""
+"""Build a still life, design two glazes for it, render it under two lights, and write pictures and a report.
+
+The demo is a script that a reader can learn from, ``examples/demo`` of the source checkout.
+"""
 
 from __future__ import annotations
 
 import argparse
-import json
+import importlib
 import sys
-import time
 from pathlib import Path
+from types import ModuleType
 
-from spectral_core.checks import require_range
+from spectral_core.errors import MissingDependencyError
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+
+
+def _demo() -> ModuleType | None:
+    """The demo's own command, or None where this package is installed without the checkout's ``examples``."""
+    if not (CHECKOUT / "examples" / "demo" / "command.py").is_file():
+        return None
+    if str(CHECKOUT) not in sys.path:
+        sys.path.append(str(CHECKOUT))
+    return importlib.import_module("examples.demo.command")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
-    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write into (out/demo)")
-    parser.add_argument("--samples", type=int, default=96, help="light paths per pixel (96)")
-    parser.add_argument("--percentage", type=int, default=100, help="size of the pictures in percent (100)")
+    demo = _demo()
+    if demo is not None:
+        demo.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Make the demo; the figures are those of its rendered pixels."""
-    require_range("--samples", arguments.samples, 1, 1 << 20)
-    require_range("--percentage", arguments.percentage, 20, 400, " %")
-    start = time.perf_counter()
-    from ..demo.report import write_report
-    from ..demo.run import run_demo
-    from . import _blend
-
-    with _blend.chatter_to_stderr():
-        demo = run_demo(arguments.out, samples=arguments.samples, percentage=arguments.percentage, say=_say)
-    report = write_report(demo)
-    seconds = round(time.perf_counter() - start, 1)
-    for rendered in demo.rendered:
-        print(f"under {rendered.light.name:4} the mark differs from its surroundings by ΔE2000 "
-              f"{rendered.contrast.mean:.2f}: {rendered.picture}")  # fmt: skip
-    print(f"report: {report} ({seconds:.0f} s in all)")
-    if arguments.json:
-        figures = {r.light.name: round(r.contrast.mean, 3) for r in demo.rendered}
-        print(json.dumps({"mark_delta_e": figures, "spp": demo.rendered[0].result.samples, "seconds": seconds}))
-    return 0
-
-
-def _say(text: str) -> None:
-    print(f"demo: {text}", file=sys.stderr, flush=True)
+    """Make the demo."""
+    demo = _demo()
+    if demo is None:
+        raise MissingDependencyError(
+            "the demo is in the source checkout, not in the installed package; get the checkout and run `make demo`"
+        )
+    return int(demo.run(arguments))

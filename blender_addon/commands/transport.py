@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _storage(kind: str):
     from spectral_core.render.relight.storage import Storage
-    from spectral_core.spectrum import SpectralGrid
+    from spectral_core.spectra.spectrum import SpectralGrid
 
     if kind == "dial":
         return Storage.dial()

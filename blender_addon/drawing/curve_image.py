@@ -11,8 +11,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import RGB_FROM_XYZ, display_rgb_from_linear
-from spectral_core.observer import STANDARD, observer
+from spectral_core.spectra.color import RGB_FROM_XYZ, display_rgb_from_linear
+from spectral_core.spectra.observer import STANDARD, observer
 
 Picture = NDArray[np.float32]
 

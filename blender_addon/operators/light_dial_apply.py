@@ -124,7 +124,7 @@ def _first_lamp(bulb):
 def _luminances(mixing) -> np.ndarray:
     """Mean luminance (n,) that each group brings to the recorded picture."""
     count = len(mixing.transport.groups)
-    from spectral_core.color import RGB_FROM_XYZ
+    from spectral_core.spectra.color import RGB_FROM_XYZ
 
     luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
     luminances = [mixing.picture(row)[..., :3].reshape(-1, 3).mean(axis=0) @ luminance for row in np.eye(count)]
@@ -133,7 +133,7 @@ def _luminances(mixing) -> np.ndarray:
 
 def _mixed_spectrum(dial, transport, shares):
     """Sum of the lights' spectra, each with the luminance that it brings to the picture."""
-    from spectral_core.spectrum import Illuminant, SpectralGrid
+    from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
     from ..properties import catalogue
 
@@ -153,8 +153,8 @@ def _mixed_spectrum(dial, transport, shares):
 
 
 def _unit(spectrum):
-    from spectral_core.observer import normalized
-    from spectral_core.spectrum import Illuminant
+    from spectral_core.spectra.observer import normalized
+    from spectral_core.spectra.spectrum import Illuminant
 
     return normalized(Illuminant(spectrum.name, spectrum.grid, spectrum.values))
 

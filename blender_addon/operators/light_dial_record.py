@@ -121,8 +121,8 @@ def _color_bulbs(dial, transport) -> None:
     """Each bulb looks as its light does; white where a group's lights differ."""
     import numpy as np
 
-    from spectral_core.color import display_rgb_from_linear, linear_rgb_from_xyz
-    from spectral_core.observer import xyz_of
+    from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
+    from spectral_core.spectra.observer import xyz_of
 
     for bulb, light in zip(dial.bulbs, transport.lights, strict=True):
         linear = np.ones(3) if light is None else np.maximum(linear_rgb_from_xyz(xyz_of(light)), 0.0)

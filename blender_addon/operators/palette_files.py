@@ -71,7 +71,7 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
 
     @reporting
     def execute(self, context):
-        from spectral_core.spectra_files import write_spectra
+        from spectral_core.spectra.files import write_spectra
 
         palette = palette_in(context)
         spectra = [spectrum_of(entry, "result") for entry in (*palette.lights, *palette.materials)]

@@ -3,8 +3,8 @@
 
 import bpy
 
-from spectral_core.color import display_rgb_from_linear
 from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..properties import live, palette_solve
 from ..properties import palette_table as table

@@ -5,7 +5,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.observer import xyz_of
+from spectral_core.spectra.observer import xyz_of
 
 from ..properties import live, palette_load, palette_solve
 from ..properties import palette_table as table

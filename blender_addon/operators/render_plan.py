@@ -24,7 +24,7 @@ def store_plan(settings, plan) -> None:
 
 
 def _make_plan(context) -> None:
-    from spectral_core.render.plan import plan_effects
+    from spectral_core.render.plan.effects import plan_effects
 
     from ..translate.scene import translate_scene
 

@@ -68,8 +68,8 @@ class SPECTRAL_OT_transfer_preset(_OnVolume, bpy.types.Operator):
 
     @reporting
     def execute(self, context):
+        from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.presets import preset
-        from spectral_core.volume.transfer_document import stated_in_fractions
 
         data = _required(context)
         voxels = _voxels(context, data)
@@ -87,8 +87,8 @@ class SPECTRAL_OT_transfer_import(_OnVolume, bpy.types.Operator, ImportHelper):
 
     @reporting
     def execute(self, context):
-        from spectral_core.volume.transfer_document import stated_in_fractions
-        from spectral_core.volume.transfer_file import read_transfer
+        from spectral_core.volume.documents.transfer_document import stated_in_fractions
+        from spectral_core.volume.documents.transfer_file import read_transfer
 
         data = _required(context)
         stated = read_transfer(bpy.path.abspath(self.filepath))
@@ -110,7 +110,7 @@ class SPECTRAL_OT_transfer_export(_OnVolume, bpy.types.Operator, ExportHelper):
 
     @reporting
     def execute(self, context):
-        from spectral_core.volume.transfer_file import write_transfer
+        from spectral_core.volume.documents.transfer_file import write_transfer
 
         write_transfer(bpy.path.abspath(self.filepath), volume_transfer.stated_transfer(_required(context)))
 

@@ -164,8 +164,8 @@ def _moved(volume, shift: np.ndarray):
 
 
 def _choose_preset(data, volume, name: str) -> None:
+    from spectral_core.volume.documents.transfer_document import stated_in_fractions
     from spectral_core.volume.presets import preset
-    from spectral_core.volume.transfer_document import stated_in_fractions
 
     stated = stated_in_fractions(preset(name, volume), volume, volume_transfer.value_range(data))
     volume_transfer.store_transfer(data, stated)

@@ -5,11 +5,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from spectral_core import datasets
-from spectral_core.color import display_rgb_from_linear, linear_rgb_from_xyz
 from spectral_core.errors import SpectralError
-from spectral_core.observer import normalized, observer, xyz_of
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
+from spectral_core.spectra.observer import normalized, observer, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 from ..properties.spectrum import kind_in, stored_samples
 
@@ -37,13 +37,13 @@ def _swatches(kind: str, wavelengths: bytes, values: bytes) -> tuple:
     itself = xyz_of(light)
     shown = linear_rgb_from_xyz(itself)
     own = ("Light", display_rgb_from_linear(np.clip(shown / max(shown.max(), 1e-9), 0, 1)))
-    return (own, *((name, _display(xyz_of(light, datasets.reflectance(patch)))) for name, patch in SURFACES))
+    return (own, *((name, _display(xyz_of(light, catalogue.reflectance(patch)))) for name, patch in SURFACES))
 
 
 @lru_cache(maxsize=8)
 def _lamp(name: str) -> Spectrum:
     """A lamp of luminance 1 on the observer's 1 nm grid."""
-    lamp = normalized(datasets.illuminant(name))
+    lamp = normalized(catalogue.illuminant(name))
     wavelengths = observer().wavelengths_nm
     return Spectrum(name, SpectralGrid(wavelengths), lamp.at(wavelengths))
 

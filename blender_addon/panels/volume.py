@@ -6,11 +6,11 @@ from functools import lru_cache
 import bpy
 import numpy as np
 
-from spectral_core import datasets
-from spectral_core.color import RGB_FROM_XYZ, display_rgb_from_linear, linear_rgb_from_xyz
 from spectral_core.errors import SpectralError
-from spectral_core.observer import normalized, xyz_of
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import RGB_FROM_XYZ, display_rgb_from_linear, linear_rgb_from_xyz
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 from ..drawing.icons import swatch_icon
 from ..operators.volume import volume_in
@@ -38,7 +38,7 @@ def scene_light(scene) -> Illuminant:
 
 @lru_cache(maxsize=1)
 def _daylight() -> np.ndarray:
-    return normalized(datasets.illuminant("D65")).resampled(LIGHT_GRID, average=True).values
+    return normalized(catalogue.illuminant("D65")).resampled(LIGHT_GRID, average=True).values
 
 
 def swatch_of(entry, light: Illuminant) -> np.ndarray:
@@ -47,9 +47,9 @@ def swatch_of(entry, light: Illuminant) -> np.ndarray:
         spectrum = spectrum_of(entry)
     except SpectralError:
         spectrum = None
-    shown = normalized(light) if entry.lit else normalized(datasets.illuminant("D65"))
+    shown = normalized(light) if entry.lit else normalized(catalogue.illuminant("D65"))
     if spectrum is None:
-        tint = RGB_FROM_XYZ @ xyz_of(shown) / (RGB_FROM_XYZ @ xyz_of(normalized(datasets.illuminant("D65"))))
+        tint = RGB_FROM_XYZ @ xyz_of(shown) / (RGB_FROM_XYZ @ xyz_of(normalized(catalogue.illuminant("D65"))))
         linear = np.array(entry.color) * tint
     else:
         linear = linear_rgb_from_xyz(xyz_of(shown, spectrum))

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from spectral_core import datasets
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.spectrum import Illuminant, Reflectance, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 KINDS: dict[str, type[Spectrum]] = {"illuminant": Illuminant, "reflectance": Reflectance}
 BLACKBODIES = ("blackbody 1900", "blackbody 2700", "blackbody 3200", "blackbody 4000", "blackbody 5600")
@@ -17,20 +17,20 @@ BLACKBODIES = ("blackbody 1900", "blackbody 2700", "blackbody 3200", "blackbody 
 def names(kind: str) -> list[str]:
     """Names to offer for ``"illuminant"`` or ``"reflectance"``, those that artists use first."""
     if kind == "reflectance":
-        return datasets.reflectance_names()
-    return [*datasets.ALIASES, *datasets.illuminant_names(), *BLACKBODIES]
+        return catalogue.reflectance_names()
+    return [*catalogue.ALIASES, *catalogue.illuminant_names(), *BLACKBODIES]
 
 
 def named(kind: str, name: str) -> Spectrum:
     """The spectrum of that name. Raises UnknownNameError."""
     if not name.strip():
         raise InvalidInputError(f"no {kind} is chosen; pick one from the list, for example {names(kind)[0]!r}")
-    return datasets.reflectance(name) if kind == "reflectance" else datasets.illuminant(name)
+    return catalogue.reflectance(name) if kind == "reflectance" else catalogue.illuminant(name)
 
 
 def from_file(kind: str, path: str, entry: str) -> tuple[Spectrum, list[str]]:
     """The spectrum ``entry`` of a file (the only one where ``entry`` is empty), and the names of all in it."""
-    from spectral_core.spectra_files import read_spectra
+    from spectral_core.spectra.files import read_spectra
 
     if not path.strip():
         raise InvalidInputError("no file is chosen; pick a .csv, .spdx or .spd file with a measured spectrum")

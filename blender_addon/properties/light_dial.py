@@ -98,7 +98,7 @@ CLASSES = (SpectralDialMember, SpectralDialBulb, SpectralLightDial)
 def storage_of(dial):
     """The Storage that ``dial`` asks for."""
     from spectral_core.render.relight.storage import Storage
-    from spectral_core.spectrum import SpectralGrid
+    from spectral_core.spectra.spectrum import SpectralGrid
 
     if dial.storage == "DIAL":
         return Storage.dial()

@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from spectral_core.color import WHITE_XYZ
+from spectral_core.spectra.color import WHITE_XYZ
 
 from .live import catch_up, edited
 from .palette_cell import SpectralPaletteCell

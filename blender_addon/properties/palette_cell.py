@@ -8,7 +8,7 @@ the working space of the file. Results are kept in linear sRGB, also where no sc
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
 
-from spectral_core.color import display_rgb_from_linear
+from spectral_core.spectra.color import display_rgb_from_linear
 
 from .live import edited
 

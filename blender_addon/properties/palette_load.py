@@ -3,12 +3,12 @@
 
 import numpy as np
 
-from spectral_core import datasets
-from spectral_core.color import WHITE_XYZ, display_rgb_from_linear
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import xyz_of
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem
-from spectral_core.spectrum import Illuminant
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import WHITE_XYZ, display_rgb_from_linear
+from spectral_core.spectra.observer import xyz_of
+from spectral_core.spectra.spectrum import Illuminant
 
 from .live import paused
 from .palette_cell import WEIGHT_LIMIT
@@ -92,8 +92,8 @@ def _store_light(palette, light: PaletteLight, luminance: float) -> None:
 
 def _store_lamp(spectral, spectrum: Illuminant) -> None:
     """By its name where the catalogue has the very same spectrum, else by its values."""
-    if spectrum.name in datasets.illuminant_names():
-        known = datasets.illuminant(spectrum.name)
+    if spectrum.name in catalogue.illuminant_names():
+        known = catalogue.illuminant(spectrum.name)
         if known.grid.same_as(spectrum.grid):
             ratio = spectrum.values.sum() / known.values.sum()
             if np.allclose(spectrum.values, ratio * known.values, rtol=1e-9):

@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from spectral_core.color import linear_from_display_rgb
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import normalized
 from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.color import linear_from_display_rgb
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 from .palette_cell import BOXED, NO_ERROR, REFERRING
 from .palette_table import places, references

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 _sessions: dict[int, Any] = {}
 """Live session by scene. Not saved: a file that is opened starts a new one."""
@@ -22,7 +22,7 @@ def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
 
     Where lights are designed one round follows each edit; ``solve_palette`` from here on does the rest.
     """
-    from spectral_core.palette.session import PaletteSession
+    from spectral_core.palette.live.session import PaletteSession
 
     session = _sessions.pop(scene_uid, None)  # an edit that fails leaves no half-edited session behind
     if session is None or not _same_table(session.problem, problem):

@@ -13,7 +13,7 @@ import numpy as np
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 
 from spectral_core.errors import InvalidInputError, SpectralError
-from spectral_core.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 from . import catalogue, live
 
@@ -199,7 +199,7 @@ def _catalogue_search(spectral, _context, typed: str) -> list[str]:
 
 def _entry_search(spectral, _context, typed: str) -> list[str]:
     try:
-        from spectral_core.spectra_files import read_spectra
+        from spectral_core.spectra.files import read_spectra
 
         path = bpy.path.abspath(spectral.filepath, library=spectral.id_data.library)
         known = [spectrum.name for spectrum in read_spectra(path, kind=kind_in(spectral))]

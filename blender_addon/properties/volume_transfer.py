@@ -4,10 +4,10 @@
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectrum import Reflectance, SpectralGrid
-from spectral_core.volume.illumination import display_matrix, smooth_reflectance
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+from spectral_core.volume.documents.transfer_document import TransferDocument
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, smooth_reflectance
 from spectral_core.volume.transfer import Material, TransferFunction
-from spectral_core.volume.transfer_document import TransferDocument
 
 from .. import compat
 from .spectrum import spectrum_of, store_spectrum

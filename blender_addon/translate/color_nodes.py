@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.datasets import blackbody
-from spectral_core.spectrum import Illuminant
+from spectral_core.spectra.catalogue import blackbody
+from spectral_core.spectra.spectrum import Illuminant
 
 from . import operations
 from .fields import Field, Mixed, combine, gray_of, mean_color

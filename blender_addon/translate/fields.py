@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import linear_rgb_from_xyz
-from spectral_core.datasets import illuminant
-from spectral_core.observer import xyz_of
 from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
-from spectral_core.spectrum import Illuminant, Spectrum
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.observer import xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from .images import linear_pixels, with_pixels
 

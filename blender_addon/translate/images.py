@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import linear_from_display_rgb
 from spectral_core.scene import ImageTexture
+from spectral_core.spectra.color import linear_from_display_rgb
 
 from .. import compat
 from .context import Translation

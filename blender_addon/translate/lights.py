@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.datasets import blackbody
 from spectral_core.scene import AreaLight, Color, Light, Paint, PointLight, SpotLight, SunLight
+from spectral_core.spectra.catalogue import blackbody
 
 from .. import compat
 from . import spectra

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import ImageTexture, Paint, Scalar
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 from . import spectra
 from .context import Translation

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 from ..properties import spectrum as stored
 from .context import Translation

@@ -23,7 +23,7 @@ from spectral_core.scene import (
     Transparent,
     gray,
 )
-from spectral_core.spectrum import Illuminant, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from . import color_nodes, spectra, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
 from .fields import mean_color

@@ -10,8 +10,12 @@ from spectral_core.lattice.catalogue import CRITERIA, FrozenScales, frozen_scale
 from spectral_core.lattice.classes import Enumeration, LatticeClass, lattice_classes
 from spectral_core.lattice.congruence import are_congruent, are_similar, isometry
 from spectral_core.lattice.construction import Lattice, all_lattices, build_lattice, class_of
-from spectral_core.lattice.covering import optimize_covering
-from spectral_core.lattice.figures import (
+from spectral_core.lattice.fill.filling import fill_exactly, level_for, place_about
+from spectral_core.lattice.fill.frame import MAX_POINTS, Frame
+from spectral_core.lattice.fill.progressive import ProgressivePoints, progressive_fill, progressive_points
+from spectral_core.lattice.fill.regions import Region, ball, box, corner_simplex, halfspaces, unit_cube
+from spectral_core.lattice.measure.covering import optimize_covering
+from spectral_core.lattice.measure.figures import (
     FiguresOfMerit,
     best_known,
     covering_radius,
@@ -20,15 +24,11 @@ from spectral_core.lattice.figures import (
     second_moment,
     theta_list,
 )
-from spectral_core.lattice.filling import fill_exactly, level_for, place_about
-from spectral_core.lattice.frame import MAX_POINTS, Frame
-from spectral_core.lattice.measures import Evenness, evenness, latinized, prefix_separations, separation
+from spectral_core.lattice.measure.measures import Evenness, evenness, latinized, prefix_separations, separation
+from spectral_core.lattice.measure.voronoi import VoronoiCell, relevant_vectors, voronoi_cell
 from spectral_core.lattice.optimization import Search, optimize_packing, optimize_second_moment, whiteness
 from spectral_core.lattice.polynomials import CharacteristicPolynomial, characteristic_polynomials
-from spectral_core.lattice.progressive import ProgressivePoints, progressive_fill, progressive_points
 from spectral_core.lattice.reduction import closest_vectors, lll, shortest_vectors
-from spectral_core.lattice.regions import Region, ball, box, corner_simplex, halfspaces, unit_cube
-from spectral_core.lattice.voronoi import VoronoiCell, relevant_vectors, voronoi_cell
 
 __all__ = [
     "CRITERIA",

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.lattice.measure.voronoi import checked_basis
 from spectral_core.lattice.reduction import vectors_up_to
-from spectral_core.lattice.voronoi import checked_basis
 
 Matrix = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.lattice.progressive import ProgressivePoints, progressive_fill
-from spectral_core.lattice.regions import unit_cube
+from spectral_core.lattice.fill.progressive import ProgressivePoints, progressive_fill
+from spectral_core.lattice.fill.regions import unit_cube
 
 _SEED_NAME = "rng" if "rng" in inspect.signature(qmc.QMCEngine.__init__).parameters else "seed"
 

@@ -4,6 +4,7 @@
 Say what is wanted as a ``PaletteProblem``, or take one of ``presets``; ``solve_palette`` returns a ``PaletteSolution``.
 """
 
+from spectral_core.palette.live.session import LivePalette, PaletteSession
 from spectral_core.palette.problem import (
     Cell,
     CellMode,
@@ -12,7 +13,6 @@ from spectral_core.palette.problem import (
     PaletteReflectance,
     SubspaceCriterion,
 )
-from spectral_core.palette.session import LivePalette, PaletteSession
 from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
 from spectral_core.palette.solve import solve_palette
 

@@ -9,13 +9,13 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import delta_e_2000, lab_from_linear_rgb
-from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.report import EXACT_LIMIT, exact_error, wanted_colors
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
 from spectral_core.palette.solve import SolveTrace, alternate
-from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 Array = NDArray[np.float64]
 

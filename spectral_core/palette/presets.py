@@ -7,19 +7,19 @@ the colors hold when rendered.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.color import WHITE_XYZ
-from spectral_core.datasets import illuminant
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import normalized
-from spectral_core.palette.kernel import color_kernel
+from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import Cell, PaletteLight, PaletteProblem, PaletteReflectance
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import WHITE_XYZ
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ def most_distinct(
     return PaletteProblem(grid, lights, materials, tuple(rows), smoothness=0.5)
 
 
-PRESETS = {
+PRESETS: dict[str, Callable[..., PaletteProblem]] = {
     "Metamer pair": metamer_pair,
     "Split light": split_light,
     "Hidden mark": hidden_mark,

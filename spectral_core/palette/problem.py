@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is asked of a palette: lights in columns, reflectances in rows, and a wish for each cell where they meet.
 
-Colors are linear sRGB, relative to a perfect white under a light of luminance 1 (see ``spectral_core.observer
+Colors are linear sRGB, relative to a perfect white under a light of luminance 1 (see ``spectral_core.spectra.observer
 .normalized``). A light of luminance 6 makes a reflectance of 1/6 as bright as white: the thesis' way (section 5.4.1)
 to leave reflectances room below 1.
 """
@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.observer import OBSERVER_NAMES, STANDARD
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 Array = NDArray[np.float64]
 CellIndex = tuple[int, int]

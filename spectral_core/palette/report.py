@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import delta_e_2000, lab_from_linear_rgb
-from spectral_core.palette.criteria import REFERENCE_STEP_NM, second_differences
-from spectral_core.palette.least_squares import Check
-from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.wishes import Wishes
+from spectral_core.palette.live.state import PaletteState
 from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.least_squares import Check
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
-from spectral_core.palette.state import PaletteState
-from spectral_core.palette.wishes import Wishes
-from spectral_core.spectrum import Illuminant, Reflectance, Spectrum
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 if TYPE_CHECKING:
     from spectral_core.palette.solve import SolveTrace

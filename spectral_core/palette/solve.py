@@ -14,16 +14,16 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.compiled import is_simple
-from spectral_core.palette.distinct_cells import wants_distinct
-from spectral_core.palette.live import LiveSolver
-from spectral_core.palette.phase import Phase, PhaseBuilder, Side
-from spectral_core.palette.phase_solve import PhaseAnswer, solve_phase
+from spectral_core.palette.assemble.compiled import is_simple
+from spectral_core.palette.assemble.phase import Phase, PhaseBuilder, Side
+from spectral_core.palette.assemble.phase_solve import PhaseAnswer, solve_phase
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.distinct.cells import wants_distinct
+from spectral_core.palette.live.solver import LiveSolver
+from spectral_core.palette.live.state import PaletteState, initial_state
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
-from spectral_core.palette.state import PaletteState, initial_state
-from spectral_core.palette.wishes import compiled_wishes
 from spectral_core.palette.worst_case import RowKey, worst_case_shares
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ def solve_palette(
     Never raises for a hopeless wish: the solution's ``status``, ``remedy`` and ``conflicts`` say so.
     """
     if wants_distinct(problem):
-        from spectral_core.palette.distinct import solve_distinct  # which itself solves with this module
+        from spectral_core.palette.distinct.search import solve_distinct  # which itself solves with this module
 
         return solve_distinct(problem, warm=warm)
     started = perf_counter()

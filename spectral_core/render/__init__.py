@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rendering: a plan of what to simulate, Mitsuba to simulate it, in this process or in one of its own."""
 
-from spectral_core.render.plan import Decision, EffectPlan, plan_effects
-from spectral_core.render.process import RenderProcess
-from spectral_core.render.session import Progress, RenderResult, render_scene
+from spectral_core.render.plan.effects import Decision, EffectPlan, plan_effects
+from spectral_core.render.process.renderer import RenderProcess
+from spectral_core.render.still import Progress, RenderResult, render_scene
+from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.render.variant import Backend, choose_backend, describe_backend
-from spectral_core.render.wavelengths import Bands
 
 __all__ = [
     "Backend", "Bands", "Decision", "EffectPlan", "Progress", "RenderProcess", "RenderResult", "choose_backend",

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
-from spectral_core.render.accumulate import Accumulator
-from spectral_core.render.first_hit import FirstHit
 from spectral_core.render.mitsuba_scene import load_scene
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
-from spectral_core.render.plan import EffectPlan
-from spectral_core.render.scalar_sums import LIMITS, ScalarSums
-from spectral_core.render.simulated import simulated_scene
+from spectral_core.render.plan.effects import EffectPlan
+from spectral_core.render.plan.simulated import simulated_scene
+from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.scalar_sums import LIMITS, ScalarSums
+from spectral_core.render.trace.wavelengths import Bands, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
-from spectral_core.render.wavelengths import Bands, plan_wavelengths
 from spectral_core.scene import Color, Note, Scene
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 UNLIMITED_ROULETTE = 5
 """Bounces after which Russian roulette may end a path."""

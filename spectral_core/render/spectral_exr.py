@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
-from spectral_core.render.session import RenderResult
+from spectral_core.render.still import RenderResult
 
 LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
 _CHANNEL = re.compile(r"S0\.(\d+,\d+)nm")

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import UnknownNameError
-from spectral_core.observer import STANDARD, observer
-from spectral_core.render.camera_rays import camera_frame
+from spectral_core.render.trace.camera_rays import camera_frame
 from spectral_core.scene import Camera, Film, Scene, VolumeObject
+from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.integrator_settings import SceneVolume, integrator_dict, release
-from spectral_core.volume.plugin import register_integrator
+from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
+from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict, release
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 

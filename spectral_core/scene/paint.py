@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_finite
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 
 @dataclass(frozen=True, slots=True, eq=False)

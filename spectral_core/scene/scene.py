@@ -15,7 +15,7 @@ from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
 from spectral_core.scene.surface import Material
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 
 @dataclass(frozen=True, slots=True)

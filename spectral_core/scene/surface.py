@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from spectral_core.scene.paint import Color, Paint, Scalar, gray
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.volume.march_input import QUADRATURES, REFERENCE, USUAL, Limits, Quadrature
+from spectral_core.volume.march.march_input import QUADRATURES, REFERENCE, USUAL, Limits, Quadrature
+from spectral_core.volume.march.rules import RULES, Rule
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
-from spectral_core.volume.rules import RULES, Rule
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 

@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_llvm
-from spectral_core.volume.bricks import BrickStatistics, brick_statistics, voxel_statistics
-from spectral_core.volume.device import DeviceTable, DeviceVolume
-from spectral_core.volume.device_grid import DeviceGrid
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.gradient import gradient_magnitude
-from spectral_core.volume.march import Marched, march
-from spectral_core.volume.march_input import USUAL, Limits, MarchInput, Quadrature, Rays, clip_to_box
-from spectral_core.volume.rules import RangeTables, Rule, step_grid
-from spectral_core.volume.tables import TransferTable, tabulate
+from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
+from spectral_core.volume.march.device import DeviceTable, DeviceVolume
+from spectral_core.volume.march.device_grid import DeviceGrid
+from spectral_core.volume.march.gradient import gradient_magnitude
+from spectral_core.volume.march.loop import Marched, march
+from spectral_core.volume.march.march_input import USUAL, Limits, MarchInput, Quadrature, Rays, clip_to_box
+from spectral_core.volume.march.rules import RangeTables, Rule, step_grid
+from spectral_core.volume.march.tables import TransferTable, tabulate
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 

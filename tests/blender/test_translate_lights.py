@@ -10,7 +10,7 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import AreaLight, Color, ImageTexture, PointLight, SpotLight, SunLight
-from spectral_core.spectrum import Illuminant
+from spectral_core.spectra.spectrum import Illuminant
 
 bpy = pytest.importorskip("bpy")
 
@@ -85,7 +85,7 @@ def test_exposure_and_power_over_area(build, translate):
 def test_a_lamps_nodes_and_spectrum(build, translate):
     from blender_addon import compat
     from blender_addon.properties.spectrum import store_spectrum
-    from spectral_core.datasets import illuminant
+    from spectral_core.spectra.catalogue import illuminant
 
     lamp = build.light("POINT", 10)
     tree = compat.use_nodes(lamp.data)

@@ -19,7 +19,7 @@ from spectral_core.scene import (
     Principled,
     Transparent,
 )
-from spectral_core.spectrum import Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 
 bpy = pytest.importorskip("bpy")
 

@@ -142,8 +142,8 @@ def test_a_deleted_light_is_said_and_nothing_is_written(dial):
 
 def test_bake_makes_one_light_of_the_mixed_spectrum(stage, dial):
     from blender_addon.properties.spectrum import spectrum_of
-    from spectral_core.color import linear_rgb_from_xyz
-    from spectral_core.observer import xyz_of
+    from spectral_core.spectra.color import linear_rgb_from_xyz
+    from spectral_core.spectra.observer import xyz_of
 
     for name in ("Ball", "World"):
         bulbs(dial)[name].is_on = False

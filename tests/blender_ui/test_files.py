@@ -11,10 +11,10 @@ pytest.importorskip("bpy")
 from blender_addon.properties.palette_problem import palette_problem
 from blender_addon.properties.palette_table import places
 from blender_addon.properties.spectrum import spectrum_of
-from spectral_core.color import display_rgb_from_linear
-from spectral_core.datasets import illuminant, reflectance
 from spectral_core.palette.files import read_swatches
-from spectral_core.spectra_files import read_spectra, write_spectra
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import display_rgb_from_linear
+from spectral_core.spectra.files import read_spectra, write_spectra
 
 
 @pytest.fixture

@@ -13,9 +13,7 @@ pytest.importorskip("bpy")
 
 from blender_addon.properties.palette_load import store_problem
 from blender_addon.properties.palette_problem import palette_problem
-from spectral_core.datasets import illuminant, reflectance
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import normalized
 from spectral_core.palette import (
     Cell,
     PaletteLight,
@@ -25,7 +23,9 @@ from spectral_core.palette import (
     presets,
 )
 from spectral_core.palette.files import read_palette
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import SpectralGrid
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 

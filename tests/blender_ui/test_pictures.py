@@ -13,9 +13,14 @@ from blender_addon.drawing.curve_image import LINE, MARGIN, SPAN_NM, curve_pictu
 from blender_addon.drawing.curve_plot import Plot, side_by_side
 from blender_addon.panels.swatches import LAMPS, NO_SWATCH, swatches_of
 from blender_addon.properties.spectrum import store_spectrum
-from spectral_core.color import delta_e_2000, display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
-from spectral_core.datasets import illuminant, reflectance
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import (
+    delta_e_2000,
+    display_rgb_from_linear,
+    lab_from_linear_rgb,
+    linear_from_display_rgb,
+)
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 SIZE = 128
 
@@ -96,8 +101,8 @@ def test_swatches_of_a_surface_are_its_colors_under_the_lamps(blender):
     store_spectrum(material.spectral, reflectance("dark skin"))
     swatches = dict(swatches_of(material.spectral))
     assert list(swatches) == [name for name, _ in LAMPS]
-    from spectral_core.color import linear_rgb_from_xyz
-    from spectral_core.observer import normalized, xyz_of
+    from spectral_core.spectra.color import linear_rgb_from_xyz
+    from spectral_core.spectra.observer import normalized, xyz_of
 
     for name, lamp in LAMPS:
         color = np.clip(linear_rgb_from_xyz(xyz_of(normalized(illuminant(lamp)), reflectance("dark skin"))), 0, 1)

@@ -9,9 +9,9 @@ import pytest
 pytest.importorskip("bpy")
 
 from blender_addon.properties import spectrum as properties
-from spectral_core import datasets
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 
 def paint(name: str = "paint", seed: int = 0) -> Reflectance:
@@ -37,21 +37,21 @@ def test_light_from_the_catalogue(blender, typed):
     light.spectral.source = "CATALOGUE"
     light.spectral.catalogue_name = typed
     assert light.spectral.message == ""
-    assert_same(properties.spectrum_of(light), datasets.illuminant(typed))
+    assert_same(properties.spectrum_of(light), catalogue.illuminant(typed))
 
 
 def test_material_and_world_and_nodes_know_their_kind(blender):
     material, world = blender.data.materials.new("m"), blender.data.worlds.new("w")
     material.spectral.source = "CATALOGUE"
     material.spectral.catalogue_name = "dark skin"
-    assert_same(properties.spectrum_of(material), datasets.reflectance("dark skin"))
+    assert_same(properties.spectrum_of(material), catalogue.reflectance("dark skin"))
     world.spectral.source = "CATALOGUE"
     world.spectral.catalogue_name = "A"
     assert isinstance(properties.spectrum_of(world), Illuminant)
     emission = material.node_tree.nodes.new("ShaderNodeEmission")
     emission.spectral.source = "CATALOGUE"
     emission.spectral.catalogue_name = "HP1"
-    assert_same(properties.spectrum_of(emission), datasets.illuminant("HP1"))
+    assert_same(properties.spectrum_of(emission), catalogue.illuminant("HP1"))
 
 
 def test_strength_counts_only_with_a_spectrum_and_starts_anew_with_another(blender):
@@ -129,7 +129,7 @@ def test_undo_brings_the_old_spectrum_back(blender):
 def test_a_light_is_never_negative(blender):
     light = blender.data.lights.new("key", "SUN")
     grid = SpectralGrid.uniform()
-    from spectral_core.spectrum import Spectrum
+    from spectral_core.spectra.spectrum import Spectrum
 
     with pytest.raises(InvalidInputError, match="light's power is at least 0"):
         properties.store_spectrum(light.spectral, Spectrum("bad", grid, np.full(grid.size, -1.0)))

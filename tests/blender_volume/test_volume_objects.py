@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from spectral_core.volume.transfer_file import read_transfer  # noqa: E402
+from spectral_core.volume.documents.transfer_file import read_transfer  # noqa: E402
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "transfer"
 
@@ -154,8 +154,8 @@ def test_jumps_and_round_curves(blender, ramp):
 
 
 def test_spectra_make_the_whole_function_spectral(blender, ramp):
-    from spectral_core import datasets
-    from spectral_core.volume.illumination import display_matrix
+    from spectral_core.spectra import catalogue
+    from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 
     data = imported(ramp[0], preset="wide").data
     spectral = data.spectral.materials[1].spectral
@@ -164,7 +164,7 @@ def test_spectra_make_the_whole_function_spectral(blender, ramp):
     transfer = translated().volumes[0].transfer
     grid = transfer.wavelengths_nm
     assert transfer.colors.shape == (3, len(grid))
-    assert transfer.colors[1] == pytest.approx(datasets.reflectance("orange").at(grid), abs=1e-6)
+    assert transfer.colors[1] == pytest.approx(catalogue.reflectance("orange").at(grid), abs=1e-6)
     # the others are the smoothest reflectances of their colors
     assert display_matrix(transfer)[0] == pytest.approx(np.array(data.spectral.materials[0].color), abs=1e-3)
 

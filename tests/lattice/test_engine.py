@@ -130,7 +130,7 @@ def test_command_says_what_is_wrong(options: list[str], message: str, capsys: py
 
 def test_pictures_are_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from spectral_core.lattice.plotting import PICTURES, draw, draw_all
+    from spectral_core.lattice.measure.plotting import PICTURES, draw, draw_all
 
     files = draw_all(tmp_path, 3)
     assert set(files) == set(PICTURES)

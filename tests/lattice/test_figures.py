@@ -26,7 +26,7 @@ from spectral_core.lattice import (
     theta_list,
     voronoi_cell,
 )
-from spectral_core.lattice.frame import random_rotation
+from spectral_core.lattice.fill.frame import random_rotation
 
 
 def test_the_best_3d_lattice_of_rate_2_is_that_of_the_thesis() -> None:

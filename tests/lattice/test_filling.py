@@ -29,10 +29,10 @@ from spectral_core.lattice import (
     progressive_points,
     unit_cube,
 )
-from spectral_core.lattice.anchoring import anchor
-from spectral_core.lattice.enumeration import Window
-from spectral_core.lattice.frame import CosetDigits, random_rotation
-from spectral_core.lattice.progressive import progressive_order
+from spectral_core.lattice.fill.anchoring import anchor
+from spectral_core.lattice.fill.enumeration import Window
+from spectral_core.lattice.fill.frame import CosetDigits, random_rotation
+from spectral_core.lattice.fill.progressive import progressive_order
 
 
 @pytest.mark.parametrize("index", range(2 * 9 * len(KINDS)))

@@ -42,7 +42,7 @@ def test_wheel_carries_its_data(installed: Path) -> None:
     """Tables, schema and licence are in; tests and benchmarks are not."""
     names = {path.relative_to(installed).as_posix() for path in installed.rglob("*") if path.is_file()}
 
-    assert {"spectral_core/data/observers.csv", "spectral_core/data/illuminants.csv"} <= names
+    assert {"spectral_core/spectra/data/observers.csv", "spectral_core/spectra/data/illuminants.csv"} <= names
     assert any(name.endswith("LICENSE") for name in names)
     assert not [name for name in names if name.startswith(("tests/", "benchmarks/", "docs/"))]
 

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spectral_core.color import RGB_FROM_XYZ
-from spectral_core.datasets import illuminant, reflectance
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import OBSERVER_NAMES, observer, xyz_from_product, xyz_of
-from spectral_core.palette.criteria import capped_weights, second_differences, subspace_color_matrices
-from spectral_core.palette.kernel import color_kernel
+from spectral_core.palette.assemble.criteria import capped_weights, second_differences, subspace_color_matrices
+from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import SubspaceCriterion
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import OBSERVER_NAMES, observer, xyz_from_product, xyz_of
+from spectral_core.spectra.spectrum import SpectralGrid
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "sampled"])

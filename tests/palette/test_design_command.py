@@ -11,7 +11,7 @@ from blender_addon.commands import main
 from spectral_core.palette import Cell
 from spectral_core.palette.files import read_solution, read_swatches, write_palette
 from spectral_core.palette.presets import hidden_mark
-from spectral_core.spectra_files import read_spectra
+from spectral_core.spectra.files import read_spectra
 
 
 def last_object(text: str) -> dict:

@@ -13,17 +13,17 @@ from benchmarks.palette_hard import _engine_difference
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, solve_palette
-from spectral_core.palette.compiled import Known, WishArrays, compiled
-from spectral_core.palette.engines import ENGINES, solve_bvls, solve_checked
-from spectral_core.palette.general import reflectances_by_cvxpy
-from spectral_core.palette.least_squares import Check
-from spectral_core.palette.optimality import checked
-from spectral_core.palette.phase import PhaseBuilder
-from spectral_core.palette.phase_solve import solve_phase
+from spectral_core.palette.assemble.compiled import Known, WishArrays, compiled
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.phase_solve import solve_phase
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.live.state import initial_state
 from spectral_core.palette.presets import hidden_mark
-from spectral_core.palette.state import initial_state
-from spectral_core.palette.tied import TiedSolver, tied_from_links
-from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.palette.qp.engines import ENGINES, solve_bvls, solve_checked
+from spectral_core.palette.qp.general import reflectances_by_cvxpy
+from spectral_core.palette.qp.least_squares import Check
+from spectral_core.palette.qp.optimality import checked
+from spectral_core.palette.qp.tied import TiedSolver, tied_from_links
 
 SIZE = (4, 3, 31)
 
@@ -103,8 +103,8 @@ def test_a_wrong_answer_fails_its_check(rng):
 
 def test_a_failing_engine_is_replaced_and_that_is_said(rng, monkeypatch):
     monkeypatch.setitem(ENGINES, "tied", lambda problem, start=None: (np.full(problem.size, 0.3), None, False))
-    monkeypatch.setattr("spectral_core.palette.engines.polished", lambda problem, x: (x, checked(problem, x)))
-    monkeypatch.setattr("spectral_core.palette.live.LiveSolver.half_round", lambda *given: None)
+    monkeypatch.setattr("spectral_core.palette.qp.engines.polished", lambda problem, x: (x, checked(problem, x)))
+    monkeypatch.setattr("spectral_core.palette.live.solver.LiveSolver.half_round", lambda *given: None)
     solution = solve_palette(coupled_palette(SIZE, rng))
     assert solution.engines == ("piqp",)
     assert solution.status.trusted
@@ -114,8 +114,8 @@ def test_a_failing_engine_is_replaced_and_that_is_said(rng, monkeypatch):
 def test_nothing_is_called_solved_when_every_engine_lies(rng, monkeypatch):
     for name in list(ENGINES):
         monkeypatch.setitem(ENGINES, name, lambda problem, start=None: (np.full(problem.size, 0.3), None, False))
-    monkeypatch.setattr("spectral_core.palette.engines.polished", lambda problem, x: (x, checked(problem, x)))
-    monkeypatch.setattr("spectral_core.palette.live.LiveSolver.half_round", lambda *given: None)
+    monkeypatch.setattr("spectral_core.palette.qp.engines.polished", lambda problem, x: (x, checked(problem, x)))
+    monkeypatch.setattr("spectral_core.palette.live.solver.LiveSolver.half_round", lambda *given: None)
     solution = solve_palette(coupled_palette(SIZE, rng), explain=False)
     assert solution.status == "inaccurate"
     assert "do not rely on it" in solution.remedy

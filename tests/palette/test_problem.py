@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.datasets import illuminant
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
-from spectral_core.observer import normalized
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.presets import PRESETS, design_grid, split_light
-from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
 
 D65 = normalized(illuminant("D65"))
 GREY = (0.2, 0.2, 0.2)

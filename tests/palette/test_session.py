@@ -11,11 +11,11 @@ import pytest
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.phase import PhaseBuilder
-from spectral_core.palette.phase_solve import solve_phase
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.phase_solve import solve_phase
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.presets import hidden_mark, most_distinct, split_light
-from spectral_core.palette.session import PaletteSession
-from spectral_core.palette.wishes import compiled_wishes
 
 
 def random_wish(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:

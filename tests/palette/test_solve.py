@@ -10,9 +10,6 @@ import pytest
 
 from benchmarks import _palette_thesis_data as thesis
 from benchmarks.palette_robust import _metamer_cells, pairs_by_observer
-from spectral_core.color import RGB_FROM_XYZ, WHITE_XYZ, delta_e_2000, lab_from_linear_rgb
-from spectral_core.datasets import illuminant, reflectance
-from spectral_core.observer import OBSERVER_NAMES, normalized, xyz_of
 from spectral_core.palette import (
     Cell,
     PaletteLight,
@@ -21,9 +18,12 @@ from spectral_core.palette import (
     SubspaceCriterion,
     solve_palette,
 )
-from spectral_core.palette.criteria import second_differences
+from spectral_core.palette.assemble.criteria import second_differences
 from spectral_core.palette.presets import PRESETS, design_grid, hidden_mark, metamer_pair, sine_light, split_light
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import RGB_FROM_XYZ, WHITE_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import OBSERVER_NAMES, normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 D65, HP1 = (normalized(illuminant(name)) for name in ("D65", "HP1"))
 GRID = design_grid()

@@ -10,9 +10,9 @@ import pytest
 
 from benchmarks import _palette_thesis_data as thesis
 from benchmarks.palette_thesis import mean_delta_e_1976
-from spectral_core.observer import xyz_from_spectrum
 from spectral_core.palette import solve_palette
-from spectral_core.palette.kernel import color_kernel
+from spectral_core.palette.assemble.kernel import color_kernel
+from spectral_core.spectra.observer import xyz_from_spectrum
 
 
 def test_the_printed_spectra_give_the_printed_colors():

@@ -9,20 +9,20 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from spectral_core import datasets, observer
-from spectral_core.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.distinct import _Search, solve_distinct
-from spectral_core.palette.distinct_cells import distinct_cells, distinct_pairs, least_difference, wants_distinct
-from spectral_core.palette.distinct_step import solve_step
-from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.distinct.cells import distinct_cells, distinct_pairs, least_difference, wants_distinct
+from spectral_core.palette.distinct.search import _Search, solve_distinct
+from spectral_core.palette.distinct.step import solve_step
+from spectral_core.palette.live.state import initial_state
 from spectral_core.palette.presets import most_distinct, sine_light, split_light
-from spectral_core.palette.state import initial_state
-from spectral_core.palette.wishes import compiled_wishes
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import SpectralGrid
 
-D65, HP1, FL2 = (observer.normalized(datasets.illuminant(name)) for name in ("D65", "HP1", "FL2"))
+D65, HP1, FL2 = (observer.normalized(catalogue.illuminant(name)) for name in ("D65", "HP1", "FL2"))
 
 
 def search_of(problem: PaletteProblem, engine: str = "piqp") -> _Search:
@@ -127,7 +127,7 @@ def test_a_warm_start_keeps_what_was_found_and_follows_an_edit() -> None:
 
 def test_distinct_from_a_measured_surface() -> None:
     grid = SpectralGrid.uniform(380, 780, 10)
-    skin = datasets.reflectance("light skin")
+    skin = catalogue.reflectance("light skin")
     rows = (PaletteReflectance("skin", skin), PaletteReflectance("paint"))
     cells = ((Cell.ignore(), Cell.ignore()), (Cell.same_as((0, 0), exact=True), Cell.distinct_from((0, 1))))
     lights = tuple(map(PaletteLight, (D65, HP1)))
@@ -157,7 +157,7 @@ def test_a_lamp_outside_of_the_gamut() -> None:
 def test_a_common_color_that_no_screen_shows() -> None:
     """A measured surface that is too bright for the display drags the gamut along, and that is said."""
     problem = most_distinct(2, luminance=2.0)
-    white = replace(problem.reflectances[0], spectrum=datasets.reflectance("white 9.5 (.05 D)"))
+    white = replace(problem.reflectances[0], spectrum=catalogue.reflectance("white 9.5 (.05 D)"))
     solution = solve_palette(replace(problem, reflectances=(white, problem.reflectances[1])))
     assert solution.status.trusted
     assert solution.actual_linear_rgb[:, 0].max() > 1.5

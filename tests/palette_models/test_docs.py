@@ -10,8 +10,8 @@ import numpy as np
 
 from spectral_core.palette import solve_palette
 from spectral_core.palette.files import read_palette
-from spectral_core.spectra_files import write_spectra
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 DOCS = Path(__file__).parents[2] / "docs"
 

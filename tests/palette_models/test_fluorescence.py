@@ -8,11 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core import datasets, observer
-from spectral_core.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.fluorescence import (
+from spectral_core.palette.paint.fluorescence import (
     FluorescentDye,
     FluorescentSurface,
     color_from_light,
@@ -21,13 +19,15 @@ from spectral_core.palette.fluorescence import (
     energy_rows,
     led,
 )
-from spectral_core.palette.fluorescent_design import solve_fluorescent
+from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.presets import metamer_pair
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 GRID = SpectralGrid.uniform(360, 780, 10)
 DYE = FluorescentDye.gaussian("green", 400, 530)
-D65 = observer.normalized(datasets.illuminant("D65"))
+D65 = observer.normalized(catalogue.illuminant("D65"))
 VIOLET = led(405, power=0.3 * float(D65.at(np.arange(360.0, 781.0)).sum()))
 
 
@@ -175,7 +175,7 @@ def test_impossible_dyes_and_surfaces() -> None:
     with pytest.raises(InvalidInputError, match="dyes for reflectance 2; expected 0 to 1"):
         solve_fluorescent(problem(), {2: [DYE]})
     measured = replace(
-        problem(), reflectances=(PaletteReflectance("a", datasets.reflectance("white 9.5 (.05 D)")),) * 2
+        problem(), reflectances=(PaletteReflectance("a", catalogue.reflectance("white 9.5 (.05 D)")),) * 2
     )
     with pytest.raises(InvalidInputError, match="reflectance 'a' is measured, so no dye can be designed into it"):
         solve_fluorescent(measured, {0: [DYE]})

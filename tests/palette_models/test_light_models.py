@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from spectral_core import datasets, observer
-from spectral_core.color import delta_e_2000, lab_from_xyz
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import xyz_from_product
-from spectral_core.palette.light_models import (
+from spectral_core.light_models import (
     NATURAL_NODES_NM,
     BasisModel,
     FactorModel,
@@ -22,15 +19,18 @@ from spectral_core.palette.light_models import (
     representative_spectra,
     sharpened_basis,
 )
-from spectral_core.palette.light_models.factor import optimized_edges
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.light_models.factor import optimized_edges
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.color import delta_e_2000, lab_from_xyz
+from spectral_core.spectra.observer import xyz_from_product
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
 GRID = SpectralGrid.uniform(380, 780, 5)
 BINS = SpectralGrid.uniform(400, 700, 10, interpolation="sampled")
-LIGHTS = [observer.normalized(datasets.illuminant(name)) for name in datasets.illuminant_names()]
-CHECKER = [datasets.reflectance(name) for name in datasets.reflectance_names()]
+LIGHTS = [observer.normalized(catalogue.illuminant(name)) for name in catalogue.illuminant_names()]
+CHECKER = [catalogue.reflectance(name) for name in catalogue.reflectance_names()]
 
 
 def on(grid: SpectralGrid) -> Array:
@@ -51,7 +51,7 @@ def errors(model: LightModel, spectra: Array, coefficients: Array, lights: list[
 def models() -> list[LightModel]:
     basis = principal_components(representative_spectra(LIGHTS[:4], on(BINS), BINS), 6)
     return [
-        RgbModel(BINS, datasets.illuminant("D65")),
+        RgbModel(BINS, catalogue.illuminant("D65")),
         BasisModel(BINS, basis),
         FactorModel(BINS, basis),
         NodeModel.natural(8, BINS),
@@ -131,7 +131,7 @@ def test_sharpening_keeps_the_span_and_concentrates_each_vector() -> None:
 
 
 def test_searched_intervals_serve_smooth_lights_well_and_no_worse_than_equal_ones() -> None:
-    smooth = [observer.normalized(datasets.illuminant(n)).resampled(BINS, average=True) for n in ("A", "D50", "D75")]
+    smooth = [observer.normalized(catalogue.illuminant(n)).resampled(BINS, average=True) for n in ("A", "D50", "D75")]
     surfaces = on(BINS)
     basis = principal_components(representative_spectra(smooth, surfaces, BINS), 7)
     edges = optimized_edges([(light, surfaces) for light in smooth], basis, BINS, sweeps=2)
@@ -222,7 +222,7 @@ def test_what_cannot_be_a_model() -> None:
     with pytest.raises(InvalidInputError, match=r"edges \[0, 31\] do not cut 31 samples into 2 intervals"):
         sharpened_basis(principal_components(on(BINS), 2), [0, 31])
     with pytest.raises(InvalidInputError, match=r"reference light 'LPS' has linear RGB .* inside the gamut"):
-        RgbModel(BINS, datasets.illuminant("LPS"))
+        RgbModel(BINS, catalogue.illuminant("LPS"))
 
 
 def test_a_light_on_other_knots_keeps_the_power_of_its_lines() -> None:

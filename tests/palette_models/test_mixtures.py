@@ -9,11 +9,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from spectral_core import datasets, observer
-from spectral_core.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, solve_palette
-from spectral_core.palette.mixtures import (
+from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.paint.mixtures import (
     absorption_from_reflectance,
     additive_mixture,
     halftone_shares,
@@ -22,10 +22,10 @@ from spectral_core.palette.mixtures import (
     reflectance_from_absorption,
     tint_differences,
 )
-from spectral_core.palette.phase import PhaseBuilder
+from spectral_core.palette.paint.tints import TintCriterion, largest_tint_difference, solve_with_tints, tint_links
 from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct
-from spectral_core.palette.tints import TintCriterion, largest_tint_difference, solve_with_tints, tint_links
-from spectral_core.palette.wishes import compiled_wishes
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 RNG = np.random.default_rng(4)
 
@@ -161,7 +161,7 @@ def test_metamers_that_hold_as_tints(make: object, light: int) -> None:
 
 def test_a_measured_partner_is_matched_as_tint_too() -> None:
     problem = metamer_pair()
-    skin = datasets.reflectance("light skin")
+    skin = catalogue.reflectance("light skin")
     cells = ((Cell.ignore(), Cell.ignore()), (Cell.ignore(), Cell.same_as((0, 1), exact=True)))
     given = replace(problem.reflectances[0], spectrum=skin)
     solution = solve_with_tints(replace(problem, reflectances=(given, problem.reflectances[1]), cells=cells))

@@ -12,10 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core import datasets
-from spectral_core.color import WHITE_XYZ, linear_from_display_rgb
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.observer import normalized, xyz_of
 from spectral_core.palette import (
     Cell,
     Conflict,
@@ -27,8 +24,11 @@ from spectral_core.palette import (
 )
 from spectral_core.palette.files import read_palette, read_solution, write_palette, write_solution
 from spectral_core.palette.presets import PRESETS, sine_light
-from spectral_core.spectra_files import write_spectra
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import WHITE_XYZ, linear_from_display_rgb
+from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -40,13 +40,15 @@ def everything() -> PaletteProblem:
     own = Illuminant('odd "name"\n\x7f', grid, rng.uniform(size=grid.size), source="a lab\tsomewhere")
     finer = Illuminant("finer", SpectralGrid.uniform(400, 700, 100), rng.uniform(size=4))
     lights = (
-        PaletteLight(normalized(datasets.illuminant("HP1"), luminance=3.0), variants=(datasets.illuminant("A"), finer)),
+        PaletteLight(
+            normalized(catalogue.illuminant("HP1"), luminance=3.0), variants=(catalogue.illuminant("A"), finer)
+        ),
         PaletteLight(own, free=True, white_xyz=WHITE_XYZ, luminance=2.5),
-        PaletteLight(finer, free=True, primaries=(finer, datasets.illuminant("D65"))),
+        PaletteLight(finer, free=True, primaries=(finer, catalogue.illuminant("D65"))),
     )
     rows = (
         PaletteReflectance("free one"),
-        PaletteReflectance("measured", datasets.reflectance("dark skin")),
+        PaletteReflectance("measured", catalogue.reflectance("dark skin")),
         PaletteReflectance("twin", Reflectance("sampled", grid, rng.uniform(size=grid.size))),
         PaletteReflectance("twin"),
     )

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spectral_core.color import display_rgb_from_linear, linear_from_display_rgb
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.palette import solve_palette
 from spectral_core.palette.files import Swatch, read_swatches, swatches_of, write_swatches
 from spectral_core.palette.presets import metamer_pair
+from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
 
 SWATCHES = [
     Swatch("rød Ω", np.array([1.0, 0.0, 0.25]), "daylight"),

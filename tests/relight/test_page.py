@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spectral_core.color import display_rgb_from_linear
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
 from spectral_core.render.relight.mix import LiveMix
 from spectral_core.render.relight.page import write_page
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.transport import Transport
+from spectral_core.spectra.color import display_rgb_from_linear
 
 # Presses on the selector, drags it, lets go, then switches the second bulb off, and writes down what is then shown.
 DRIVE = """

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.render import render_scene
 from spectral_core.render.relight.mix import LiveMix, relight
@@ -31,7 +30,8 @@ from spectral_core.scene import (
     gray,
     scene_hash,
 )
-from spectral_core.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 from tests.render.scenes import lit_plane, looking_down, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -86,7 +86,7 @@ def test_a_dial_is_exact_for_every_mixture(scene: Scene) -> None:
 def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
     """Sodium, a triphosphor lamp and a laser line on one grid, all bounces included."""
     line = Illuminant("line", GRID, np.where(GRID.wavelengths_nm == 540, 1.0, 0.0))
-    lights = {"Key": datasets.illuminant("HP1").resampled(GRID), "Fill": datasets.illuminant("FL11").resampled(GRID),
+    lights = {"Key": catalogue.illuminant("HP1").resampled(GRID), "Fill": catalogue.illuminant("FL11").resampled(GRID),
               "Sky": line}  # fmt: skip
     transport = record_transport(scene, Storage.exact(GRID))
     worn = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
@@ -101,7 +101,7 @@ def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
 @pytest.mark.parametrize("count", [31, 121])
 def test_bands_are_near_for_smooth_lights(scene: Scene, count: int) -> None:
     """In the mean color of the picture: in a pixel's few samples a band's noise is not that of the light's."""
-    lights = {name: datasets.illuminant("A") for name in ("Key", "Fill", "Sky")}
+    lights = {name: catalogue.illuminant("A") for name in ("Key", "Fill", "Sky")}
     worn = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
     rendered = render_scene(worn, sampling_lights=SAMPLING_LIGHTS).pixels.mean(axis=(0, 1))
     relit = relight(record_transport(scene, Storage.bands(count)), lights=lights).mean(axis=(0, 1))
@@ -176,7 +176,7 @@ def test_wrong_wishes_say_what_is_known(scene: Scene) -> None:
     with pytest.raises(InvalidInputError, match="a light cannot take light away"):
         relight(transport, mix={"Key": -1.0})
     with pytest.raises(InvalidInputError, match="a 'dial' transport holds no spectra"):
-        LiveMix(transport).set_light("Key", datasets.illuminant("A"))
+        LiveMix(transport).set_light("Key", catalogue.illuminant("A"))
     with pytest.raises(InvalidInputError, match="whole nm within 360 to 830"):
         Storage.exact(SpectralGrid(np.linspace(400, 700, 100)))
     with pytest.raises(InvalidInputError, match="one of"):

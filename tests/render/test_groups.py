@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.render import Bands, render_scene
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
 from spectral_core.scene import (
@@ -29,6 +28,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.spectra import catalogue
 from tests.render.scenes import lit_plane, looking_down, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -69,7 +69,7 @@ def _many_lights(**changes):
 def test_groups_add_up_to_the_ordinary_render(spectral):
     """Same seed, same paths: the sum differs from the ordinary render by float rounding only."""
     scene = _many_lights()
-    lights = [datasets.illuminant("HP1")] if spectral else None
+    lights = [catalogue.illuminant("HP1")] if spectral else None
     bands = Bands.uniform(400, 700, 5) if spectral else None
     grouped = render_scene(scene, groups=True, bands=bands, sampling_lights=lights)
     plain = render_scene(scene, bands=bands, sampling_lights=lights)
@@ -102,7 +102,7 @@ def test_passes_do_not_change_the_pixels(monkeypatch):
 
 def test_tiles_do_not_leave_seams(monkeypatch):
     """A picture in many tiles is statistically the picture in one."""
-    from spectral_core.render import accumulate
+    from spectral_core.render.trace import accumulate
 
     scene = lit_plane(PointLight(name="l", world_from_light=matrix((0, 0, 3))), film=Film(16, 16, samples=256))
     whole = render_scene(scene).pixels
@@ -114,12 +114,12 @@ def test_tiles_do_not_leave_seams(monkeypatch):
 @pytest.mark.parametrize("name", ["D65", "HP1", "FL11"])
 def test_bands_hold_the_light_s_spectrum(name):
     """A plane of reflectance 0.5 under one lamp: each band is the lamp's mean over the band, times ρ I / π h²."""
-    lamp = datasets.illuminant(name)
+    lamp = catalogue.illuminant(name)
     light = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, color=lamp)
     bands = Bands.uniform(400, 700, 31)
     result = render_scene(lit_plane(light, film=Film(8, 8, samples=256)), bands=bands)
     factor = 0.5 / np.pi * 100 / (4 * np.pi) / 9
-    from spectral_core.render.wavelengths import WAVELENGTHS_NM
+    from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 
     expected = factor * bands.responses @ emitted_spectrum(lamp).at(WAVELENGTHS_NM)
     actual = result.band_pixels.mean(axis=(0, 1))
@@ -127,7 +127,7 @@ def test_bands_hold_the_light_s_spectrum(name):
 
 
 def test_white_light_has_unit_luminance():
-    from spectral_core.observer import xyz_of
+    from spectral_core.spectra.observer import xyz_of
 
     assert xyz_of(white_light())[1] == pytest.approx(1.0, abs=1e-12)
 

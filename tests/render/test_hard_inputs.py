@@ -33,7 +33,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 from tests.render.scenes import lit_plane, looking_down, matrix, plane, sphere_mesh
 
 pytest.importorskip("mitsuba")

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.render import render_scene
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb
 from spectral_core.scene import AreaLight, Color, ImageTexture, PointLight, SpotLight, SunLight, World, gray
+from spectral_core.spectra import catalogue
 from tests.render.scenes import lit_plane, matrix
 
 pytest.importorskip("mitsuba")
@@ -118,7 +118,7 @@ def test_the_lower_half_of_an_image_is_below_the_horizon():
 
 
 @pytest.mark.parametrize(
-    "color", [Color([1.0, 0.2, 0.05]), gray(2.0), datasets.illuminant("HP1"), datasets.illuminant("FL11")]
+    "color", [Color([1.0, 0.2, 0.05]), gray(2.0), catalogue.illuminant("HP1"), catalogue.illuminant("FL11")]
 )
 def test_spectral_light_has_the_color_of_rgb_light(color):
     """Also measured lamps: traced wavelength by wavelength they have the color of their integral."""

@@ -8,7 +8,7 @@ import pytest
 
 from spectral_core.render import render_scene
 from spectral_core.render.job import RenderJob
-from spectral_core.render.plan import plan_effects
+from spectral_core.render.plan.effects import plan_effects
 from spectral_core.scene import Film, PointLight
 from tests.render.scenes import lit_plane, looking_down, matrix
 

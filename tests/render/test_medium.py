@@ -24,7 +24,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
-from spectral_core.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.render import plan_effects, render_scene
-from spectral_core.render.simulated import simulated_scene
+from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.scene import (
     AreaLight,
     Camera,
@@ -32,6 +31,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.spectra import catalogue
 from tests.render.scenes import lit_plane, matrix
 
 LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
@@ -65,8 +65,8 @@ def test_a_gray_plane_needs_little():
 @pytest.mark.parametrize(
     ("surface", "effect", "value"),
     [
-        (Diffuse(datasets.reflectance("dark skin")), "transport", "spectral"),
-        (MixSurface(0.5, Diffuse(datasets.reflectance("dark skin")), Glossy()), "transport", "spectral"),
+        (Diffuse(catalogue.reflectance("dark skin")), "transport", "spectral"),
+        (MixSurface(0.5, Diffuse(catalogue.reflectance("dark skin")), Glossy()), "transport", "spectral"),
         (Diffuse(IMAGE), "textures", "on"),
         (Emission(gray(1.0), 2.0), "emissive_meshes", "on"),
         (Principled(emission_strength=1.0), "emissive_meshes", "on"),
@@ -94,13 +94,13 @@ def test_brighter_rooms_need_more_bounces_and_coarser_tolerance_fewer():
 
 def test_a_material_that_nothing_wears_decides_nothing():
     scene = lit_plane(LAMP)
-    idle = Material("unused", Diffuse(datasets.reflectance("dark skin")), ScatteringMedium())
+    idle = Material("unused", Diffuse(catalogue.reflectance("dark skin")), ScatteringMedium())
     assert _values(replace(scene, materials=(*scene.materials, idle))) == _values(scene)
 
 
 def test_lights_camera_and_world_decide():
     scene = _wearing(Diffuse(gray(0.5)))
-    sodium = replace(LAMP, color=datasets.illuminant("HP1"))
+    sodium = replace(LAMP, color=catalogue.illuminant("HP1"))
     assert plan_effects(replace(scene, lights=(sodium,)))["transport"].value == "spectral"
     assert "'lamp'" in plan_effects(replace(scene, lights=(sodium,)))["transport"].reason
     assert plan_effects(replace(scene, world=World(gray(0.2))))["environment"].value == "constant"
@@ -114,7 +114,7 @@ def test_lights_camera_and_world_decide():
 
 
 def test_the_artist_overrides_and_sees_what_it_costs():
-    scene = _wearing(Diffuse(datasets.reflectance("dark skin")))
+    scene = _wearing(Diffuse(catalogue.reflectance("dark skin")))
     scene = replace(
         scene, settings=RenderSettings(transport="rgb", max_bounces=3, overrides=(("environment", "none"),))
     )

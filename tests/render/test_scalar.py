@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.render import Bands, render_scene
 from spectral_core.scene import (
     Camera,
@@ -22,6 +21,7 @@ from spectral_core.scene import (
     RenderSettings,
     World,
 )
+from spectral_core.spectra import catalogue
 from tests.render.scenes import lit_plane, matrix, plane, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -37,7 +37,7 @@ def _camera(**changes):
 
 
 def _scene(camera, film, spectral):
-    lamp = datasets.illuminant("FL11") if spectral else Color([1, 0.9, 0.7])
+    lamp = catalogue.illuminant("FL11") if spectral else Color([1, 0.9, 0.7])
     paper = Diffuse(ImageTexture("checkers", CHECKERS.astype(np.float32), "linear", interpolation="nearest"))
     scene = lit_plane(
         PointLight(name="lamp", world_from_light=matrix((1, -1, 4)), power_w=200, color=lamp),

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spectral_core.render import sobol
+from spectral_core.render.trace import sobol
 
 INDEX = np.arange(1 << 12, dtype=np.uint32)
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
-from spectral_core.spectra_files import SpdxDocument, read_spdx, read_spectrum, write_spdx, write_spectra
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.files import SpdxDocument, read_spdx, read_spectrum, write_spdx, write_spectra
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def colour() -> Any:
 
 
 @pytest.mark.parametrize(
-    "spectrum", [datasets.illuminant("FL11"), datasets.reflectance("blue sky")], ids=["light", "surface"]
+    "spectrum", [catalogue.illuminant("FL11"), catalogue.reflectance("blue sky")], ids=["light", "surface"]
 )
 def test_colour_science_reads_what_we_write(tmp_path: Path, colour: Any, spectrum: Spectrum) -> None:
     path = tmp_path / "ours.spdx"
@@ -61,7 +61,7 @@ def test_we_read_what_colour_science_writes(tmp_path: Path, colour: Any) -> None
 def test_mitsuba_reads_our_spd(tmp_path: Path) -> None:
     mitsuba = pytest.importorskip("mitsuba")
     mitsuba.set_variant("scalar_spectral")
-    spectrum = datasets.illuminant("A")
+    spectrum = catalogue.illuminant("A")
     write_spectra(tmp_path / "a.spd", [spectrum])
     wavelengths, values = mitsuba.spectrum_from_file(str(tmp_path / "a.spd"))
     np.testing.assert_array_equal(np.array(wavelengths), spectrum.grid.wavelengths_nm)

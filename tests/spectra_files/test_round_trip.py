@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spectral_core import datasets
-from spectral_core.spectra_files import read_spectra, read_spectrum, write_spectra
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.files import read_spectra, read_spectrum, write_spectra
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 KINDS = {"illuminant": Illuminant, "reflectance": Reflectance, "spectrum": Spectrum}
 
@@ -64,7 +64,7 @@ def test_one_spectrum_formats_keep_it(tmp_path: Path, written: Spectrum, ending:
 
 @pytest.mark.parametrize("ending", [".csv", ".spd", ".spdx"])
 @pytest.mark.parametrize(
-    "spectrum", [datasets.illuminant("HP1"), datasets.reflectance("dark skin")], ids=["light", "surface"]
+    "spectrum", [catalogue.illuminant("HP1"), catalogue.reflectance("dark skin")], ids=["light", "surface"]
 )
 def test_shipped_spectra(tmp_path: Path, ending: str, spectrum: Spectrum) -> None:
     path = tmp_path / f"shipped{ending}"
@@ -73,7 +73,7 @@ def test_shipped_spectra(tmp_path: Path, ending: str, spectrum: Spectrum) -> Non
 
 
 def test_lights_and_surfaces_share_a_table(tmp_path: Path) -> None:
-    written = [datasets.illuminant("D65"), datasets.reflectance("dark skin"), datasets.illuminant("LPS")]
+    written = [catalogue.illuminant("D65"), catalogue.reflectance("dark skin"), catalogue.illuminant("LPS")]
     write_spectra(tmp_path / "mixed.csv", written)
     read = read_spectra(tmp_path / "mixed.csv")
     assert [type(spectrum) for spectrum in read] == [Illuminant, Reflectance, Illuminant]
@@ -81,7 +81,7 @@ def test_lights_and_surfaces_share_a_table(tmp_path: Path) -> None:
 
 
 def test_a_file_without_its_ending_is_known_by_what_it_holds(tmp_path: Path) -> None:
-    light = datasets.illuminant("A")
+    light = catalogue.illuminant("A")
     for file_format in ("csv", "spd", "spdx"):
         path = tmp_path / f"{file_format}.dat"
         write_spectra(path, [light], file_format=file_format)

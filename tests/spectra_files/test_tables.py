@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
-from spectral_core.spectra_files import detect_format, read_spectra, read_spectrum, write_spectra
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.files import detect_format, read_spectra, read_spectrum, write_spectra
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 PLAIN = "wavelength,one,two\n400,0.1,0.5\n410,0.2,0.6\n420,0.3,0.7\n"
 

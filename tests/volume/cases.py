@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.oracle import march_oracle
+from spectral_core.volume.march.oracle import march_oracle
 from spectral_core.volume.renderer import Stepping, VolumeImage, VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View

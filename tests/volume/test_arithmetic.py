@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from spectral_core.llvm_library import use_newest_llvm
-from spectral_core.volume.arithmetic import bounded, larger, smaller, step_growth
-from spectral_core.volume.device import _aligned
+from spectral_core.volume.march.arithmetic import bounded, larger, smaller, step_growth
+from spectral_core.volume.march.device import _aligned
 
 pytest.importorskip("drjit")
 use_newest_llvm()

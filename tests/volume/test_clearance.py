@@ -4,14 +4,14 @@
 import numpy as np
 import pytest
 
-from spectral_core.volume.bricks import brick_statistics, voxel_statistics
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march_input import REFERENCE, Limits
+from spectral_core.volume.march.bricks import brick_statistics, voxel_statistics
+from spectral_core.volume.march.march_input import REFERENCE, Limits
+from spectral_core.volume.march.rules import EMPTY, RangeTables, step_grid
+from spectral_core.volume.march.tables import tabulate
 from spectral_core.volume.plan import snr_db
 from spectral_core.volume.presets import preset
-from spectral_core.volume.rules import EMPTY, RangeTables, step_grid
 from spectral_core.volume.samples import sample_volume
-from spectral_core.volume.tables import tabulate
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
 

@@ -8,12 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core import datasets
 from spectral_core.errors import InvalidInputError
 from spectral_core.llvm_library import use_newest_llvm
+from spectral_core.spectra import catalogue
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.illumination import display_matrix
-from spectral_core.volume.integrator_settings import SceneVolume, VolumeSettings, integrator_dict, release, share
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
+from spectral_core.volume.mitsuba_integrator.settings import (
+    SceneVolume,
+    VolumeSettings,
+    integrator_dict,
+    release,
+    share,
+)
 from spectral_core.volume.renderer import Stepping, VolumeRenderer, combine
 from spectral_core.volume.view import View
 from tests.volume.cases import blob, two_tents
@@ -26,7 +32,7 @@ FIXED = {"rule": "error", "quadrature": "midpoint", "scale": 0.5}
 def load(variant: str) -> Any:
     import mitsuba
 
-    from spectral_core.volume.plugin import register_integrator
+    from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
 
     mitsuba.set_variant(variant)
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
@@ -88,7 +94,7 @@ def test_relighting_the_channels_is_rendering_again():
     view, item = smooth_view(volume), [SceneVolume(volume, two_tents())]
     first = render(mi, integrator_dict(item, channels=True, **FIXED), view)
     again = render(mi, integrator_dict(item, channels=True, light="FL11", **FIXED), view)
-    relit = combine(first[..., 4:], display_matrix(two_tents(), datasets.illuminant("FL11")))
+    relit = combine(first[..., 4:], display_matrix(two_tents(), catalogue.illuminant("FL11")))
     assert np.abs(relit - again[..., :3]).max() < 3e-6 * again[..., :3].max()
 
 

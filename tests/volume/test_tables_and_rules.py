@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.volume.bricks import brick_statistics
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.rules import EMPTY, LEAPS, RangeTables, leap_words, step_grid
-from spectral_core.volume.tables import tabulate
+from spectral_core.volume.march.bricks import brick_statistics
+from spectral_core.volume.march.rules import EMPTY, LEAPS, RangeTables, leap_words, step_grid
+from spectral_core.volume.march.tables import tabulate
 from spectral_core.volume.transfer import Material, TransferFunction, interpolate
 from tests.volume.cases import blob, two_tents
 

@@ -12,16 +12,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spectral_core import datasets
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.observer import linear_rgb_from_product, normalized
-from spectral_core.spectrum import SpectralGrid
-from spectral_core.volume.document_schema import KNOWN_WORDS, transfer_schema
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.volume.documents.schema import KNOWN_WORDS, transfer_schema
+from spectral_core.volume.documents.transfer_document import TransferDocument, document_of, transfer_of
+from spectral_core.volume.documents.transfer_file import read_transfer, transfer_text, write_transfer
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.illumination import display_matrix
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 from spectral_core.volume.transfer import Material, TransferFunction
-from spectral_core.volume.transfer_document import TransferDocument, document_of, transfer_of
-from spectral_core.volume.transfer_file import read_transfer, transfer_text, write_transfer
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "transfer"
 HEAD = 'format = "spectral-scene transfer function"\nversion = 1\n'
@@ -126,7 +126,7 @@ def test_colours_of_every_kind(tmp_path):
     (tmp_path / "a.toml").write_text("\n".join(lines))
     transfer = read_transfer(tmp_path / "a.toml").transfer
     grid = SpectralGrid(transfer.wavelengths_nm)
-    assert np.allclose(transfer.colors[0], datasets.reflectance("orange").resampled(grid).values)
+    assert np.allclose(transfer.colors[0], catalogue.reflectance("orange").resampled(grid).values)
     assert transfer.colors[1].tolist() == pytest.approx([0.1, 0.1 + 0.8 / 3, 0.1 + 1.6 / 3, 0.9])
     assert transfer.colors[2].tolist() == [0, 1, 2, 3]
     assert transfer.colors[3].tolist() == pytest.approx([0, 1 / 3, 2 / 3, 1])
@@ -229,12 +229,12 @@ def test_the_schema_uses_the_words_that_are_checked():
 
 def test_lit_spectra_are_reflected_and_shining_ones_are_not():
     grid = SpectralGrid.uniform(380, 780, 10)
-    orange = datasets.reflectance("orange").resampled(grid).values
+    orange = catalogue.reflectance("orange").resampled(grid).values
     flat = np.ones(grid.size)
     materials = (Material("lit", [0], [1], orange), Material("own", [0], [1], flat, lit=False))
     transfer = TransferFunction(materials, grid.wavelengths_nm)
-    daylight, sodium = display_matrix(transfer), display_matrix(transfer, datasets.illuminant("HP1"))
-    lamp = normalized(datasets.illuminant("HP1"))
+    daylight, sodium = display_matrix(transfer), display_matrix(transfer, catalogue.illuminant("HP1"))
+    lamp = normalized(catalogue.illuminant("HP1"))
     assert sodium[0] == pytest.approx(linear_rgb_from_product(lamp, grid) @ orange)
     assert np.array_equal(daylight[1], sodium[1])
     assert daylight[1] @ [0.2126, 0.7152, 0.0722] == pytest.approx(1.0, abs=1e-3)
@@ -243,6 +243,6 @@ def test_lit_spectra_are_reflected_and_shining_ones_are_not():
 def test_white_under_daylight_is_white():
     white = TransferFunction((Material("w", [0], [1], [1, 1, 1]),))
     assert display_matrix(white)[0].tolist() == [1, 1, 1]
-    assert display_matrix(white, datasets.illuminant("D65"))[0] == pytest.approx([1, 1, 1])
-    warm = display_matrix(white, datasets.illuminant("A"))[0]
+    assert display_matrix(white, catalogue.illuminant("D65"))[0] == pytest.approx([1, 1, 1])
+    warm = display_matrix(white, catalogue.illuminant("A"))[0]
     assert warm[0] > 1.3 > 0.5 > warm[2]

@@ -10,7 +10,6 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from spectral_core import datasets
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_effects, render_scene
 from spectral_core.scene import (
@@ -28,7 +27,8 @@ from spectral_core.scene import (
     gray,
 )
 from spectral_core.scene import Material as SurfaceMaterial
-from spectral_core.spectrum import SpectralGrid
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.spectrum import SpectralGrid
 from spectral_core.volume.transfer import Material, TransferFunction
 
 DEPTH = 1.2
@@ -150,11 +150,11 @@ def test_a_volume_switched_off_in_the_plan_is_not_there():
 
 def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
     """Scene light in spectral transport: the ratio of a paint's colour to white's, under the lamp's own spectrum."""
-    from spectral_core.observer import linear_rgb_from_product
+    from spectral_core.spectra.observer import linear_rgb_from_product
 
-    lamp = datasets.illuminant("HP1")
+    lamp = catalogue.illuminant("HP1")
     grid = SpectralGrid.uniform(380, 780, 5)
-    orange = datasets.reflectance("orange").resampled(grid).values
+    orange = catalogue.reflectance("orange").resampled(grid).values
     place = np.eye(4)
     place[:3, 3] = [0, 0, 2.0]
     light = PointLight(name="sodium", world_from_light=place, power_w=100.0, color=lamp)

@@ -20,7 +20,7 @@ from spectral_core.palette.files.swatches import Swatch, read_swatches, swatches
 from spectral_core.palette.files.toml import toml_text
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.solution import PaletteSolution
-from spectral_core.spectra_files.columns import read_text
+from spectral_core.spectra.files.columns import read_text
 
 __all__ = [
     "Swatch",

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import linear_from_display_rgb
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.files.schema import require_valid
 from spectral_core.palette.files.spectra import decoded_grid, decoded_spectrum, encoded_grid, encoded_spectrum
@@ -23,7 +22,8 @@ from spectral_core.palette.problem import (
     PaletteReflectance,
     SubspaceCriterion,
 )
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.color import linear_from_display_rgb
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 FORMAT = "spectral-scene palette"
 VERSION = 1

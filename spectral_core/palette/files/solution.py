@@ -13,8 +13,8 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.files.document import document_of, problem_of
 from spectral_core.palette.files.spectra import decoded_spectrum, encoded_spectrum
 from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
-from spectral_core.spectra_files import kind_of
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.files import kind_of
+from spectral_core.spectra.spectrum import Spectrum
 
 FORMAT = "spectral-scene palette solution"
 VERSION = 1

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core import datasets
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.observer import normalized, xyz_from_spectrum
 from spectral_core.palette.presets import sine_light
-from spectral_core.spectra_files import SpectrumKind, read_spectra
-from spectral_core.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.files import SpectrumKind, read_spectra
+from spectral_core.spectra.observer import normalized, xyz_from_spectrum
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 SOURCES = ("catalogue", "file", "values", "sine_nm")
 LARGEST_GRID = 100_000
@@ -104,7 +104,7 @@ def decoded_spectrum(
 
 def _from_catalogue(table: dict[str, Any], kind: SpectrumKind) -> Spectrum:
     name = table["catalogue"]
-    found: Spectrum = datasets.reflectance(name) if kind == "reflectance" else datasets.illuminant(name)
+    found: Spectrum = catalogue.reflectance(name) if kind == "reflectance" else catalogue.illuminant(name)
     if "name" in table:
         raise InvalidInputError(f"the spectrum {name!r} of the catalogue keeps its name; name the light or reflectance")
     return found
@@ -137,12 +137,12 @@ def _from_samples(table: dict[str, Any], kind: SpectrumKind, grid: SpectralGrid)
 
 def _catalogue_entry(spectrum: Spectrum) -> dict[str, Any] | None:
     """``{catalogue, luminance}`` if it decodes to the same numbers, bit for bit."""
-    known = {"illuminant": datasets.illuminant_names, "reflectance": datasets.reflectance_names}
+    known = {"illuminant": catalogue.illuminant_names, "reflectance": catalogue.reflectance_names}
     kind = type(spectrum).__name__.lower()
     if kind not in known or spectrum.name not in known[kind]():
         return None
     measured: Spectrum
-    measured = datasets.illuminant(spectrum.name) if kind == "illuminant" else datasets.reflectance(spectrum.name)
+    measured = catalogue.illuminant(spectrum.name) if kind == "illuminant" else catalogue.reflectance(spectrum.name)
     if not measured.grid.same_as(spectrum.grid):
         return None
     if np.array_equal(measured.values, spectrum.values):

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.color import display_rgb_from_linear, linear_from_display_rgb
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.palette.solution import PaletteSolution
-from spectral_core.spectra_files.columns import read_text
+from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.spectra.files.columns import read_text
 
 ASE_COLOR, ASE_GROUP, ASE_GROUP_END = 0x0001, 0xC001, 0xC002
 GAMUT_SLACK = 1e-6

@@ -9,7 +9,7 @@ from typing import Any
 
 from spectral_core.render.mitsuba_scene.plain import STAND_INS, stand_in
 from spectral_core.scene import Note
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 
 @dataclass

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene import geometry, paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.scene import AreaLight, Color, ImageTexture, Light, PointLight, SpotLight, SunLight, World
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
 

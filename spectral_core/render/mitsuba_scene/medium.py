@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.scene import Color, ScatteringMedium
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 MOST_SURFACES = 256
 

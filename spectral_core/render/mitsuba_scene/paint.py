@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core import datasets
-from spectral_core.color import RGB_FROM_XYZ, linear_from_display_rgb
-from spectral_core.observer import normalized, xyz_of
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.wavelengths import WAVELENGTHS_NM
+from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 @cache
 def white_light() -> Illuminant:
     """D65 with Y = 1: the spectrum of emitted linear RGB (1, 1, 1), per nm."""
-    return normalized(datasets.illuminant("D65"))
+    return normalized(catalogue.illuminant("D65"))
 
 
 def reflectance(context: Context, paint: Paint, subject: str) -> Any:

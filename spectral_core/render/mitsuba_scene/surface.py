@@ -28,7 +28,7 @@ from spectral_core.scene import (
     Surface,
     Transparent,
 )
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 MIRROR_ROUGHNESS = 0.03
 """Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""

@@ -13,7 +13,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.relight.storage import flat_light
 from spectral_core.render.relight.transport import Transport
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
 

@@ -17,7 +17,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.dial import bulbs_on_polygon
 from spectral_core.render.relight.mix import LiveMix
 from spectral_core.render.relight.transport import Transport
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 MOST_BYTES = 200e6
 """A page larger than this opens slowly or not at all; record a smaller picture for it."""

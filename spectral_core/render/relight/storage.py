@@ -15,11 +15,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.color import RGB_FROM_XYZ
 from spectral_core.errors import InvalidInputError
-from spectral_core.observer import STANDARD, observer
-from spectral_core.render.wavelengths import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Bands
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Bands
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import STANDARD, observer
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 StorageKind = Literal["dial", "bands", "exact"]

@@ -14,7 +14,7 @@ from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownName
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.storage import Storage, flat_light
-from spectral_core.render.session import RenderResult, render_scene
+from spectral_core.render.still import RenderResult, render_scene
 from spectral_core.scene import (
     AddSurface,
     Color,
@@ -29,7 +29,7 @@ from spectral_core.scene import (
     gray,
     scene_hash,
 )
-from spectral_core.spectrum import Spectrum
+from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
 

@@ -20,7 +20,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.transport import Transport
 from spectral_core.render.spectral_exr import LAYOUT, openexr, spectral_channel
-from spectral_core.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
 _ATTRIBUTE = "spectralSceneTransport"

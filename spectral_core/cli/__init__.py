@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: one module per command, found by name.
+
+A command is a module of a command package: the first line of its docstring is its help, ``add_arguments(parser)``
+declares its arguments and ``run(arguments) -> int`` executes it and returns the exit status (0 only on success).
+With ``--json`` (``arguments.json``) it prints one JSON object as its last line. This package holds the commands that
+need no Blender; ``blender_addon.commands`` passes its own package to ``main`` to add the others.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import pkgutil
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+
+from spectral_core import __version__
+from spectral_core.errors import SpectralError
+
+
+def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
+    """Name of each command, in alphabetical order, and the module that implements it.
+
+    Parameters
+    ----------
+    packages : dotted names of command packages beside this one, such as ``"blender_addon.commands"``.
+    """
+    modules = {}
+    for package in (__name__, *packages):
+        found = pkgutil.iter_modules(importlib.import_module(package).__path__)
+        modules.update({info.name: f"{package}.{info.name}" for info in found if not info.name.startswith("_")})
+    return dict(sorted(modules.items()))
+
+
+def _load(module: str) -> ModuleType:
+    return importlib.import_module(module)
+
+
+def _parser(name: str | None, packages: Sequence[str]) -> argparse.ArgumentParser:
+    """Parser of all commands, or of one alone, so that only its module is imported."""
+    parser = argparse.ArgumentParser(prog="spectral-scene", description="Design and render spectral scenes.")
+    parser.add_argument("--version", action="version", version=f"spectral-scene {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    modules = command_packages(packages)
+    for known in [name] if name in modules else modules:
+        module = _load(modules[known])
+        summary = (module.__doc__ or "").strip().split("\n")[0]
+        sub = commands.add_parser(known, help=summary, description=module.__doc__)
+        sub.formatter_class = argparse.RawDescriptionHelpFormatter
+        sub.add_argument("--json", action="store_true", help="print one JSON object as the last line")
+        module.add_arguments(sub)
+        sub.set_defaults(run=module.run)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -> int:
+    """Run one command and return its exit status; an error of this project is printed as one line.
+
+    Parameters
+    ----------
+    arguments : the words after the program's name; by default those of this process.
+    packages : dotted names of further command packages, see ``command_packages``.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parsed = _parser(given[0] if given else None, packages).parse_args(given)
+    try:
+        return int(parsed.run(parsed))
+    except SpectralError as error:
+        return _failed(parsed, error, str(error))
+    except MemoryError as error:
+        return _failed(parsed, error, f"not enough memory; ask for less ({error})")
+    except OSError as error:
+        if error.filename is None:  # no file that the user named: a fault of this program, whose traceback is wanted
+            raise
+        return _failed(parsed, error, f"{error.filename}: {error.strerror}")
+    except KeyboardInterrupt:
+        print(f"spectral-scene {parsed.command}: stopped", file=sys.stderr)
+        return 130
+
+
+def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
+    """Say why in one line, and as JSON where that was asked for."""
+    print(f"spectral-scene {parsed.command}: {message}", file=sys.stderr)
+    if parsed.json:
+        print(json.dumps({"error": message, "kind": type(error).__name__}))
+    return 1

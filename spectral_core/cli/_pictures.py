@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Linear pictures to files without Blender: PNG for eyes, EXR and NumPy for numbers."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.color import display_rgb_from_linear
+
+ENDINGS = (".png", ".exr", ".npy")
+
+
+def require_ending(path: Path) -> Path:
+    """``path`` when a picture can be written under that name; else InvalidInputError."""
+    if path.suffix.lower() not in ENDINGS:
+        raise InvalidInputError(f"cannot tell the picture format of {path.name!r}; end it with {', '.join(ENDINGS)}")
+    return path
+
+
+def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
+    """Write linear sRGB (height, width, 3), row 0 on top: display encoded in 8 bits as PNG, as it is otherwise."""
+    require_ending(path).parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix.lower() == ".npy":
+        np.save(path, linear_rgb)
+    elif path.suffix.lower() == ".exr":
+        _write_exr(path, linear_rgb)
+    else:
+        shown = np.clip(display_rgb_from_linear(linear_rgb), 0.0, 1.0)
+        path.write_bytes(png_bytes(np.round(shown * 255).astype(np.uint8)))
+
+
+def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
+    """PNG of (height, width, 3) bytes (ISO/IEC 15948: signature, header, filtered rows, end; marked as sRGB)."""
+    height, width, _ = pixels.shape
+    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # a leading 0 per row: no filter
+    rows[:, 1:] = pixels.reshape(height, 3 * width)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    chunks = (_chunk(b"IHDR", head), _chunk(b"sRGB", b"\0"), _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + _chunk(b"IEND", b"")
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def _write_exr(path: Path, linear_rgb: NDArray[Any]) -> None:
+    from spectral_core.render.spectral_exr import openexr
+
+    module = openexr()
+    channels = {"RGB": np.ascontiguousarray(linear_rgb, dtype=np.float32)}
+    with module.File({"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}, channels) as file:
+        file.write(str(path))

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples, error against a reference and seconds of a volume picture, beside uniform steps of the same wanted error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from spectral_core.volume.plan import Plan, plan
+from spectral_core.volume.renderer import Stepping, VolumeImage, VolumeRenderer, combine
+from spectral_core.volume.transfer import TransferFunction
+from spectral_core.volume.view import View
+
+REFERENCE_GAIN_DB = 25.0
+"""The reference is this much better than what it judges: its own error then moves the figure by 0.01 dB."""
+RUNS = 3
+
+
+def report(
+    renderer: VolumeRenderer, view: View, transfer: TransferFunction, chosen: Plan, wanted_db: float
+) -> dict[str, Any]:
+    """Print and return one row per way of stepping: the chosen one, and uniform steps where that is another."""
+    aim = min(wanted_db + REFERENCE_GAIN_DB, 85.0)
+    # A two-dimensional function has no pre-integration table.
+    quadrature: Literal["midpoint", "preintegrated"] = "midpoint" if transfer.uses_gradient else "preintegrated"
+    finest = plan(renderer, view, transfer, aim, rule="uniform", quadrature=quadrature).stepping
+    reference = _picture(renderer.render(view, transfer, finest))
+    # Half the step again: what still changes is the reference's own error, stated with the figures.
+    finer = _picture(renderer.render(view, transfer, replace(finest, scale=finest.scale / 2)))
+    own_db = _snr(finer, reference)
+    ways = {"chosen": chosen.stepping}
+    if chosen.stepping.rule != "uniform":
+        even = plan(renderer, view, transfer, wanted_db, rule="uniform", quadrature="midpoint")
+        ways["uniform"] = even.stepping
+    print(f"reference: uniform {finest.scale:.3g} voxel, {quadrature}, {_stated(own_db, 'itself good to')}")
+    rows = {name: _row(renderer, view, transfer, way, finer) for name, way in ways.items()}
+    for name, row in rows.items():
+        print(
+            f"  {name:8} {row['rule']:8} {row['quadrature']:14} {_stated(row['snr_db'])} {row['samples']:12,} samples "
+            f"{row['seconds'] * 1000:8.1f} ms"
+        )
+    return {"reference_db": own_db if math.isfinite(own_db) else None, **rows}
+
+
+def _row(
+    renderer: VolumeRenderer, view: View, transfer: TransferFunction, way: Stepping, reference: Any
+) -> dict[str, Any]:
+    image = renderer.render(view, transfer, way, counts=True)
+    # Counting costs time and the first render of a kind compiles: the time is the best of plain renders.
+    seconds = min(renderer.render(view, transfer, way).seconds for _ in range(RUNS))
+    snr = _snr(reference, _picture(image))
+    return {
+        "rule": way.rule,
+        "quadrature": way.quadrature,
+        "scale": way.scale,
+        "snr_db": snr if math.isfinite(snr) else None,
+        "samples": image.samples,
+        "steps": image.steps,
+        "seconds": seconds,
+    }
+
+
+def _stated(snr_db: float | None, before: str = "") -> str:
+    """A figure in words; without one the pictures are equal, at the shortest step that there is."""
+    exact = snr_db is None or not math.isfinite(snr_db)
+    return f"{before} no difference".strip() if exact else f"{before} {snr_db:6.1f} dB".strip()
+
+
+def _picture(image: VolumeImage) -> Any:
+    from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
+
+    return combine(image.amounts, display_matrix(image.transfer)).astype(np.float64)
+
+
+def _snr(signal: Any, other: Any) -> float:
+    noise, energy = float(np.sum((signal - other) ** 2)), float(np.sum(signal**2))
+    return math.inf if noise == 0 else -math.inf if energy == 0 else 10 * math.log10(energy / noise)

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Design the spectra of a palette file, or of a preset, and write spectra, swatches and errors.
+
+Writes into the output folder: solution.json (everything), lights.csv and reflectances.csv (spectra), swatches.gpl and
+swatches.ase, and palette.png (a row per reflectance, a column per light; the wanted color inside the actual one).
+Exits with 1 where the answer is not to be relied on: exact wishes that conflict, a light that no eye sees, or no solver
+that passed its check. Files are written all the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
+
+from . import _pictures
+
+TILE, INSET = 96, 32
+"""Pixels of a cell's color, and of the wanted color inside it."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.add_argument("palette", nargs="?", type=Path, help="a palette in TOML or JSON; see examples/")
+    parser.add_argument("--preset", help="instead of a file: one of the presets by name, such as 'Hidden mark'")
+    parser.add_argument("--out", type=Path, help="folder to write to (default: out/ and the palette's name)")
+    parser.add_argument("--rounds", type=int, help="at most this many rounds, instead of the palette's own number")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Solve, print the table of errors, write the files."""
+    problem, name = _problem(arguments)
+    if arguments.rounds is not None:
+        from dataclasses import replace
+
+        problem = replace(problem, rounds=arguments.rounds)
+    solution = solve_palette(problem)
+    _print(solution)
+    folder = arguments.out or Path("out") / name
+    written = _write(folder, solution)
+    print(f"written to {folder}: {', '.join(written)}")
+    if arguments.json:
+        print(json.dumps(_summary(solution, folder, written)))
+    return 0 if solution.status.trusted else 1
+
+
+def _problem(arguments: argparse.Namespace) -> tuple[PaletteProblem, str]:
+    """The problem that was named, and a name for its folder."""
+    if (arguments.palette is None) == (arguments.preset is None):
+        raise InvalidInputError("give either a palette file or --preset NAME")
+    if arguments.preset is None:
+        from spectral_core.palette.files import read_palette
+
+        return read_palette(arguments.palette), arguments.palette.stem
+    from spectral_core.palette.presets import PRESETS
+
+    by_name = {name.lower(): make for name, make in PRESETS.items()}
+    wanted = arguments.preset.lower().replace("_", " ").replace("-", " ")
+    by_word = {name.replace("-", " "): make for name, make in by_name.items()}
+    if wanted not in by_word:
+        raise UnknownNameError.among("preset", arguments.preset, PRESETS)
+    return by_word[wanted](), wanted.replace(" ", "_")
+
+
+def _print(solution: PaletteSolution) -> None:
+    """ΔE2000 of each cell, then the status and what to do."""
+    lights = [light.name for light in solution.illuminants]
+    width = max(12, *(len(surface.name) + 1 for surface in solution.reflectances))
+    print(f"{'ΔE2000':{width}}" + "".join(f"{name[:15]:>16}" for name in lights))
+    for surface, row in zip(solution.reflectances, solution.delta_e_2000, strict=True):
+        errors = ["—" if np.isnan(error) else f"{error:.3f}" for error in row]
+        print(f"{surface.name:{width}}" + "".join(f"{text:>16}" for text in errors))
+    print(
+        f"{solution.status.value} after {solution.rounds} round(s) by {', '.join(solution.engines) or 'no solver'}; "
+        f"KKT residual {solution.kkt_residual:.1e}, {1e3 * solution.timings['total']:.0f} ms"
+    )
+    if solution.remedy:
+        print(solution.remedy)
+    for note in solution.notes:
+        print(f"note: {note}")
+
+
+def _write(folder: Path, solution: PaletteSolution) -> list[str]:
+    """Write all files; returns their names."""
+    from spectral_core.palette.files import swatches_of, write_solution, write_swatches
+    from spectral_core.spectra.files import write_spectra
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_solution(folder / "solution.json", solution)
+    write_spectra(folder / "lights.csv", solution.illuminants)
+    write_spectra(folder / "reflectances.csv", solution.reflectances)
+    for ending in ("gpl", "ase"):
+        clipped = write_swatches(folder / f"swatches.{ending}", swatches_of(solution), clip=True)
+    if clipped:
+        print(f"note: swatches outside the display's gamut were moved to its edge: {', '.join(clipped)}")
+    _pictures.write_picture(folder / "palette.png", table_picture(solution))
+    return ["solution.json", "lights.csv", "reflectances.csv", "swatches.gpl", "swatches.ase", "palette.png"]
+
+
+def table_picture(solution: PaletteSolution) -> NDArray[Any]:
+    """Linear RGB picture of the table: actual colors, the wanted ones as squares within, on a dark ground."""
+    rows, columns, _ = solution.actual_linear_rgb.shape
+    gap = 8
+    step = TILE + gap
+    picture = np.full((rows * step + gap, columns * step + gap, 3), 0.02, dtype=np.float32)
+    start = (TILE - INSET) // 2
+    for i in range(rows):
+        for j in range(columns):
+            top, left = gap + i * step, gap + j * step
+            picture[top : top + TILE, left : left + TILE] = solution.actual_linear_rgb[i, j]
+            if np.isfinite(solution.delta_e_2000[i, j]):
+                inside = (slice(top + start, top + start + INSET), slice(left + start, left + start + INSET))
+                picture[inside] = solution.target_linear_rgb[i, j]
+    return picture
+
+
+def _summary(solution: PaletteSolution, folder: Path, written: list[str]) -> dict[str, Any]:
+    """What ``--json`` prints."""
+    return {
+        "status": solution.status.value,
+        "remedy": solution.remedy,
+        "delta_e_2000": [[None if np.isnan(e) else float(e) for e in row] for row in solution.delta_e_2000],
+        "max_delta_e_2000": solution.max_delta_e_2000,
+        "lights": [light.name for light in solution.illuminants],
+        "reflectances": [surface.name for surface in solution.reflectances],
+        "kkt_residual": solution.kkt_residual,
+        "rounds": solution.rounds,
+        "engines": list(solution.engines),
+        "conflicts": [conflict.text for conflict in solution.conflicts],
+        "notes": list(solution.notes),
+        "seconds": solution.timings["total"],
+        "out": str(folder),
+        "files": written,
+    }

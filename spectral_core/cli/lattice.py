@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fill a region of parameters with evenly spread points, and print their figures of merit.
+
+Points are listed coarse levels first: every beginning of the list fills the region. ``--plot`` draws the lattices.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of ``spectral-scene lattice``."""
+    parser.add_argument(
+        "--dims", type=int, default=2, metavar="N", help="parameters, 1 to 10 (default 2); 16 with --criterion unit"
+    )
+    parser.add_argument("--rate", type=int, default=2, metavar="B", help="points grow by this factor per level: 2 or 3")
+    parser.add_argument("--points", type=int, default=64, metavar="M", help="exactly this many points (default 64)")
+    parser.add_argument("--low", type=float, nargs="+", metavar="X", help="lower ends of the ranges (default 0)")
+    parser.add_argument("--high", type=float, nargs="+", metavar="X", help="upper ends of the ranges (default 1)")
+    shape = parser.add_mutually_exclusive_group()
+    shape.add_argument(
+        "--ball", type=float, metavar="P", help="the p-norm ball in the ranges instead of their box, P >= 1"
+    )
+    shape.add_argument("--simplex", action="store_true", help="x >= 0 with sum at most 1 instead of a box")
+    parser.add_argument("--refine", type=int, default=0, metavar="K", help="add K finer levels; no point moves")
+    parser.add_argument("--latin", action="store_true", help="move the points of a box to perfect 1D projections")
+    parser.add_argument(
+        "--criterion", default="packing", help="what the lattice is best at: packing, second_moment, covering, unit"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="draws rotation and offset (default 0)")
+    parser.add_argument("--out", type=Path, metavar="FILE.csv", help="write the points, one per line")
+    parser.add_argument("--plot", type=Path, metavar="DIR", help="write pictures of the lattices of this rate (PNG)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Fill, measure, write."""
+    from spectral_core import lattice
+
+    if not 1 <= arguments.dims <= 16:
+        raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 10 dimensions, 16 with --criterion unit")
+    if arguments.refine < 0:
+        raise InvalidInputError(f"--refine is {arguments.refine}; expected 0 or more finer levels")
+    low, high = _ranges(arguments)
+    region = _region(arguments, low, high)
+    chosen = lattice.make_lattice(arguments.dims, arguments.rate, criterion=arguments.criterion)
+    progressive = lattice.progressive_fill(region, arguments.points, lattice=chosen, seed=arguments.seed)
+    for _ in range(arguments.refine):
+        progressive = progressive.refine()
+    points = progressive.points
+    if arguments.latin:
+        points = _latinized(region, points, low, high)
+    report = _report(chosen, points, region)
+    if arguments.out is not None:
+        arguments.out.parent.mkdir(parents=True, exist_ok=True)
+        np.savetxt(arguments.out, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
+        report["written"] = str(arguments.out)
+    if arguments.plot is not None:
+        from spectral_core.lattice.measure.plotting import draw_all
+
+        report["pictures"] = {name: str(path) for name, path in draw_all(arguments.plot, arguments.rate).items()}
+    _print_report(report)
+    if arguments.json:
+        print(json.dumps(report))
+    elif arguments.out is None:
+        print("\n".join(",".join(f"{value:.6g}" for value in point) for point in points[:20]))
+        if len(points) > 20:
+            print(f"... {len(points) - 20} more; --out FILE.csv writes them all")
+    return 0
+
+
+def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper ends, one number standing for all parameters."""
+    ends = []
+    for name, given, default in (("low", arguments.low, 0.0), ("high", arguments.high, 1.0)):
+        values = np.array([default] if given is None else given)
+        if len(values) not in (1, arguments.dims):
+            raise InvalidInputError(
+                f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})"
+            )
+        ends.append(np.broadcast_to(values, (arguments.dims,)).copy())
+    return ends[0], ends[1]
+
+
+def _region(arguments: argparse.Namespace, low: np.ndarray, high: np.ndarray) -> Any:
+    from spectral_core import lattice
+
+    if arguments.simplex:
+        return lattice.corner_simplex(arguments.dims) & lattice.box(low, high)
+    if arguments.ball is not None:
+        return lattice.ball(0.5 * (low + high), 0.5 * (high - low), p=arguments.ball)
+    return lattice.box(low, high)
+
+
+def _latinized(region: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    from spectral_core.lattice import latinized
+
+    if region.box_limits is None:
+        raise InvalidInputError(
+            "--latin moves values to equal ranks, which only a box keeps; leave out --ball and --simplex"
+        )
+    return latinized(points, low, high)
+
+
+def _report(chosen: Any, points: np.ndarray, region: Any) -> dict[str, Any]:
+    """Figures of the lattice and, for two points or more in a box, of the points in the unit cube of their ranges."""
+    from spectral_core import lattice
+
+    merit = lattice.figures_of_merit(chosen.generator, samples=8192)
+    report: dict[str, Any] = {
+        "points": len(points),
+        "lattice": repr(chosen),
+        "packing_radius": merit.packing_radius,
+        "kissing_number": merit.kissing_number,
+        "second_moment": merit.second_moment.value,
+        "second_moment_standard_error": merit.second_moment.standard_error,
+        "covering_radius": [merit.covering_radius.lower, merit.covering_radius.upper],
+        "density": merit.density,
+        "faces": merit.face_counts,
+    }
+    if len(points) >= 2 and region.box_limits is not None:
+        low, high = region.box_limits
+        report["evenness"] = asdict(lattice.evenness((points - low) / (high - low)))
+    return report
+
+
+def _print_report(report: dict[str, Any]) -> None:
+    print(f"{report['points']} points of {report['lattice']}")
+    print(f"packing radius {report['packing_radius']:.6f}, kissing number {report['kissing_number']}")
+    low, high = report["covering_radius"]
+    print(f"second moment {report['second_moment']:.6f} ± {report['second_moment_standard_error']:.1g}")
+    print(f"covering radius {low:.4f}" + ("" if low == high else f" to {high:.4f}"))
+    for name, value in report.get("evenness", {}).items():
+        print(f"  {name.replace('_', ' '):14} {value:.4g}")
+    for path in [report.get("written"), *report.get("pictures", {}).values()]:
+        if path:
+            print(f"wrote {path}")
+
+
+def _header(dims: int) -> str:
+    return ",".join(f"x{i + 1}" for i in range(dims))

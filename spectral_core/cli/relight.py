@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A new picture from stored transport: other spectra, other intensities, a dial's path, or a page with the dial."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError, MissingDependencyError
+
+from . import _pictures
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.add_argument(
+        "transport", type=Path, metavar="TRANSPORT.exr", help="as `spectral-scene transport` records it"
+    )
+    parser.add_argument("--light", default="", metavar="GROUP=LAMP,…", help="spectra: catalogue names or files")
+    parser.add_argument("--mix", default="", metavar="GROUP=AMOUNT,…", help="intensities; 1 is as rendered")
+    parser.add_argument(
+        "--dial", metavar="X,Y", help="selector on the dial (bulbs on a polygon of radius 1), or a path X,Y;X,Y;…"
+    )
+    parser.add_argument("--frames", type=int, default=48, help="pictures along a dial path (48)")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help=".png, .exr or .npy; of a path FILE_0001.png …, or .mp4"
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE.html", help="one self-contained page with the dial")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Relight and write."""
+    from spectral_core.render.relight.mix import LiveMix
+    from spectral_core.render.relight.page import write_page
+    from spectral_core.render.relight.transport_file import read_transport
+
+    if arguments.out is None and arguments.html is None:
+        raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
+    transport = read_transport(arguments.transport)
+    lights = {group: _spectrum(name) for group, name in _pairs("--light", arguments.light)}
+    mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix)}
+    live = LiveMix(transport)
+    for group, light in lights.items():
+        live.set_light(group, light)
+    amounts = np.ones(len(transport.groups))
+    for group, amount in mix.items():
+        amounts[transport.index_of(group)] = amount
+    report: dict[str, Any] = {"groups": list(transport.groups), "files": []}
+    if arguments.out is not None:
+        start = time.perf_counter()
+        weights = _dial_weights(arguments, len(transport.groups))
+        report["files"] = _write(arguments, live, [amounts] if weights is None else list(amounts * weights))
+        report["seconds"] = round(time.perf_counter() - start, 3)
+    if arguments.html is not None:
+        write_page(arguments.html, transport, title=arguments.transport.stem, lights=lights)
+        report["files"].append(str(arguments.html))
+    for file in report["files"]:
+        print(file)
+    if arguments.json:
+        print(json.dumps(report))
+    return 0
+
+
+def _pairs(option: str, text: str) -> list[tuple[str, str]]:
+    pairs = []
+    for part in filter(None, (entry.strip() for entry in text.split(","))):
+        group, separator, value = part.rpartition("=")
+        if not separator or not value:
+            raise InvalidInputError(f"{option} {part!r} is not of the form GROUP=VALUE, such as Key=0.3")
+        pairs.append((group.strip(), value.strip()))
+    return pairs
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InvalidInputError(f"{option}: {text!r} is not a number") from error
+
+
+def _spectrum(name: str) -> Any:
+    from spectral_core.spectra import catalogue
+    from spectral_core.spectra.files import read_spectrum
+
+    if Path(name).suffix and Path(name).is_file():
+        return read_spectrum(name, kind="illuminant")
+    return catalogue.illuminant(name)
+
+
+def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:
+    """(frames, groups) for a selector or along its path; None without --dial."""
+    from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
+
+    if arguments.dial is None:
+        return None
+    points = [[_number("--dial", number) for number in point.split(",")] for point in arguments.dial.split(";")]
+    if any(len(point) != 2 for point in points):
+        raise InvalidInputError(f"--dial {arguments.dial!r} is not X,Y or X,Y;X,Y;…")
+    path = np.array(points)
+    if len(path) > 1:
+        if arguments.frames < 2:
+            raise InvalidInputError(f"--frames is {arguments.frames}; a path needs at least 2")
+        along = np.linspace(0, len(path) - 1, arguments.frames)
+        path = np.stack([np.interp(along, np.arange(len(path)), path[:, axis]) for axis in (0, 1)], axis=1)
+    return dial_weights(path, bulbs_on_polygon(groups))
+
+
+def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[str]:
+    out = arguments.out
+    if out.suffix.lower() == ".mp4":
+        return [_write_video(out, live, mixes)]
+    if len(mixes) == 1:
+        _pictures.write_picture(out, live.picture(mixes[0])[::-1, :, :3])
+        return [str(out)]
+    files = []
+    for number, weights in enumerate(mixes, 1):
+        path = out.with_name(f"{out.stem}_{number:04d}{out.suffix}")
+        _pictures.write_picture(path, live.picture(weights)[::-1, :, :3])
+        files.append(str(path))
+    return files
+
+
+def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise MissingDependencyError(
+            "a video needs the program ffmpeg (Debian: apt install ffmpeg); or write frames as .png"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        for number, weights in enumerate(mixes, 1):
+            _pictures.write_picture(Path(folder) / f"{number:05d}.png", live.picture(weights)[::-1, :, :3])
+        even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # the codec halves the color planes
+        done = subprocess.run(
+            [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", even,
+             "-pix_fmt", "yuv420p", str(out)], capture_output=True, text=True,
+        )  # fmt: skip
+    if done.returncode:
+        raise InvalidInputError(f"ffmpeg could not write {out}: {done.stderr.strip()[-300:]}")
+    return str(out)

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a volume file through a transfer function: a picture, its samples and its error.
+
+VOLUME is any file that the library reads (NRRD, NIfTI, VTK, OpenVDB, MetaImage, TIFF, NumPy, raw), a folder of TIFF
+slices, a numbered pattern such as flow_####.vti for a sequence, or sample:NAME[:SIZE] for data of our own making
+(sample:engine, sample:gaussians, sample:shells, ...). The one quality knob is the picture's
+signal-to-noise ratio in dB: --quality by word, --target-snr by number; the error is estimated before the render, and
+measured after it with --report. Further lights make further pictures from the same march, without a ray.
+
+  spectral-scene volume head.nrrd --transfer examples/transfer/solid.toml --report
+  spectral-scene volume sample:engine --transfer examples/transfer/painted.toml --light D65 --light HP1 --out engine.png
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from spectral_core.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.transfer import TransferFunction
+
+QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("volume", metavar="VOLUME", help="file, folder of slices, pattern or sample:NAME")
+    parser.add_argument(
+        "--transfer",
+        required=True,
+        metavar="TF",
+        help="transfer function file (.toml, .json) or preset: wide, narrow, opaque, xray or edges",
+    )
+    wanted = parser.add_mutually_exclusive_group()
+    wanted.add_argument("--quality", choices=QUALITY_DB, help="error of the picture by word (default: good)")
+    wanted.add_argument("--target-snr", type=float, metavar="DB", help="error of the picture in dB, 10 to 90")
+    parser.add_argument("--rule", default="auto", help="step rule: auto, uniform, thesis or error (default: auto)")
+    parser.add_argument("--quadrature", default="auto", help="auto, midpoint or preintegrated (default: auto)")
+    parser.add_argument(
+        "--report", action="store_true", help="measure the error against a reference, beside uniform steps"
+    )
+    parser.add_argument("--out", type=Path, help=".png, .exr or .npy (default: the volume's name and .png, here)")
+    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="such as D65, A, HP1; repeatable")
+    parser.add_argument("--backend", default="llvm", choices=["llvm", "cuda"], help="processor or graphics card")
+    _add_camera(parser.add_argument_group("camera"))
+    _add_file(parser.add_argument_group("what the file leaves open"))
+
+
+def _add_camera(camera: Any) -> None:
+    camera.add_argument("--size", type=int, nargs=2, default=[512, 512], metavar=("W", "H"), help="pixels (512 512)")
+    camera.add_argument("--azimuth", type=float, default=35.0, help="degrees around z (35)")
+    camera.add_argument("--elevation", type=float, default=25.0, help="degrees above the xy plane (25)")
+    camera.add_argument("--zoom", type=float, default=1.0, help="1 shows the whole volume")
+    camera.add_argument("--fov", type=float, default=30.0, help="degrees across the picture; 0 is orthographic (30)")
+
+
+def _add_file(file: Any) -> None:
+    file.add_argument("--field", help="which array, grid or key of a file that holds several")
+    file.add_argument("--component", type=int, help="which vector component, channel or time step")
+    file.add_argument("--raw-shape", type=int, nargs=3, metavar=("NX", "NY", "NZ"), help="of a file of bare numbers")
+    file.add_argument("--raw-type", metavar="TYPE", help="its NumPy type, such as uint8")
+    file.add_argument("--raw-order", choices=["little", "big"], default="little", help="its byte order")
+    file.add_argument("--raw-offset", type=int, default=0, help="bytes before its numbers; -1: they end the file")
+    file.add_argument(
+        "--spacing", type=float, nargs=3, metavar=("X", "Y", "Z"), help="voxel size, instead of the file's"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from spectral_core.cli._pictures import require_ending
+    from spectral_core.spectra import catalogue
+
+    out = require_ending(arguments.out or Path(_stem(arguments.volume)).with_suffix(".png"))
+    for name in arguments.light:
+        catalogue.illuminant(name)  # a name that is unknown is said before the render
+    frames = []
+    for number, volume in _frames(arguments):
+        path = out if number is None else out.with_stem(f"{out.stem}_{number:04d}")
+        frames.append(_render(arguments, volume, path) | ({} if number is None else {"frame": number}))
+    if arguments.json:
+        print(json.dumps(frames[0] if len(frames) == 1 and "frame" not in frames[0] else {"frames": frames}))
+    return 0
+
+
+def _stem(volume: str) -> str:
+    if volume.startswith("sample:"):
+        return volume.split(":")[1] or "sample"
+    name = Path(volume).name.removesuffix(".gz")
+    return (Path(name).stem.rstrip("#*_.-") or "volume").replace("%", "")
+
+
+def _frames(arguments: argparse.Namespace) -> Any:
+    """(None, volume) of one file, or (number, volume) of each frame, read when it is asked for."""
+    from spectral_core.volume.files import RawLayout, find_sequence, read_volume
+
+    raw = None
+    if (arguments.raw_shape is None) != (arguments.raw_type is None):
+        raise InvalidInputError("--raw-shape and --raw-type go together; give both or neither")
+    if arguments.raw_shape is not None:
+        raw = RawLayout(tuple(arguments.raw_shape), arguments.raw_type, arguments.raw_order, arguments.raw_offset)
+    if arguments.volume.startswith("sample:"):
+        return [(None, _spaced(_sample(arguments.volume), arguments.spacing))]
+    options = {"field": arguments.field, "component": arguments.component, "raw": raw}
+    if any(mark in Path(arguments.volume).name for mark in "#%*{"):
+        sequence = find_sequence(arguments.volume, **options)
+        if sequence.missing:
+            print(f"frames {', '.join(map(str, sequence.missing))} have no file and are left out")
+        return ((number, _spaced(sequence.read(number), arguments.spacing)) for number in sequence.numbers)
+    return [(None, _spaced(read_volume(arguments.volume, **options), arguments.spacing))]
+
+
+def _sample(given: str) -> ScalarVolume:
+    from spectral_core.volume.samples import sample_volume
+
+    _, name, *size = given.split(":")
+    if len(size) > 1 or not all(word.isdigit() and 2 <= int(word) <= 1024 for word in size):
+        raise InvalidInputError(f"{given!r} names no sample; expected sample:NAME or sample:NAME:SIZE, size 2 to 1024")
+    return sample_volume(name, int(size[0]) if size else 96)
+
+
+def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:
+    from spectral_core.volume.field import ScalarVolume
+
+    return volume if spacing is None else ScalarVolume.from_spacing(volume.name, volume.data, spacing)
+
+
+def _transfer(given: str, volume: ScalarVolume) -> TransferFunction:
+    if Path(given).suffix.lower() in (".toml", ".json") or Path(given).exists():
+        from spectral_core.volume.documents.transfer_file import read_transfer
+
+        return read_transfer(given).for_volume(volume)
+    from spectral_core.volume.presets import preset
+
+    return preset(given.removeprefix("preset:"), volume)  # as the integrator's files spell it
+
+
+def _estimate(snr_db: float) -> str:
+    return f"estimated {snr_db:.1f} dB" if math.isfinite(snr_db) else "no difference expected"
+
+
+def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> dict[str, Any]:
+    from spectral_core.volume.plan import plan
+    from spectral_core.volume.renderer import VolumeRenderer
+    from spectral_core.volume.view import View
+
+    transfer = _transfer(arguments.transfer, volume)
+    width, height = arguments.size
+    view = View.around(
+        volume,
+        arguments.azimuth,
+        arguments.elevation,
+        zoom=arguments.zoom,
+        width=width,
+        height=height,
+        fov_deg=arguments.fov or None,
+    )
+    wanted = arguments.target_snr if arguments.target_snr is not None else QUALITY_DB[arguments.quality or "good"]
+    renderer = VolumeRenderer(volume, arguments.backend)
+    chosen = plan(renderer, view, transfer, wanted, rule=arguments.rule, quadrature=arguments.quadrature)
+    way = chosen.stepping
+    print(
+        f"{volume.name}: {'×'.join(map(str, volume.shape))} {volume.data.dtype}; {way.rule} steps, {way.quadrature}, "
+        f"scale {way.scale:.3g}; {_estimate(chosen.estimate_db)} for {wanted:g} dB ({chosen.seconds:.2f} s)"
+    )
+    image = renderer.render(view, transfer, way, counts=True)
+    figures: dict[str, Any] = {
+        "volume": volume.name, "shape": list(volume.shape), "dtype": str(volume.data.dtype), "wanted_db": wanted,
+        "rule": way.rule, "quadrature": way.quadrature, "scale": way.scale, "estimate_db": _finite(chosen.estimate_db),
+        "samples": image.samples, "steps": image.steps, "seconds": image.seconds, "plan_seconds": chosen.seconds,
+    }  # fmt: skip
+    print(f"{image.samples:,} samples that show something, {image.steps:,} steps, {image.seconds:.3f} s")
+    if not image.samples:
+        low, high = volume.data.min(), volume.data.max()
+        print(f"note: the picture is empty; the transfer function shows nothing of values from {low:g} to {high:g}")
+    figures["pictures"] = _write_lights(arguments.light, image, path)
+    if arguments.report:
+        from spectral_core.cli._volume_report import report
+
+        figures["report"] = report(renderer, view, transfer, chosen, wanted)
+    return figures
+
+
+def _write_lights(names: list[str], image: Any, path: Path) -> list[str]:
+    """One picture per light, all from the same amounts; the paths."""
+    from spectral_core.cli._pictures import write_picture
+    from spectral_core.spectra import catalogue
+    from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
+    from spectral_core.volume.renderer import combine
+
+    written = []
+    chosen: list[str | None] = [*names] or [None]
+    for name in chosen:
+        light = None if name is None else catalogue.illuminant(name)
+        target = path if name is None or len(names) < 2 else path.with_stem(f"{path.stem}_{name.replace(' ', '_')}")
+        write_picture(target, combine(image.amounts, display_matrix(image.transfer, light)))
+        print(f"wrote {target}" + (f" ({name})" if name else ""))
+        written.append(str(target))
+    return written
+
+
+def _finite(number: float) -> float | None:
+    """JSON has no infinity: the estimate of an empty picture is None."""
+    return number if abs(number) < float("inf") else None

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exactly m lattice points in any convex region, and about m at a fixed level (thesis B.1: counts that do not jump).
+
+Exactly m: rank the points of a randomly placed lattice by the region's gauge and shrink the lattice until the m-th
+lies inside and the next one outside. One search, no trial and error, and the points are all the lattice points there.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.lattice.construction import Lattice
+from spectral_core.lattice.fill.anchoring import Anchored, anchor
+from spectral_core.lattice.fill.enumeration import Window
+from spectral_core.lattice.fill.frame import (
+    MAX_LEVEL,
+    MAX_POINTS,
+    Frame,
+    checked_rotation,
+    expected_count,
+    random_rotation,
+)
+from spectral_core.lattice.fill.regions import Region
+
+Matrix = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_SEED_DOMAIN = 0x1A771CE
+MAX_GROWTHS = 60
+"""Searches with growing gauge before giving up."""
+MAX_DRAWS = 16
+"""Rotations and offsets tried when rounding cannot tell the m-th point from the next."""
+
+
+def fill_exactly(
+    lattice: Lattice, region: Region, count: int, *, seed: int = 0, rotation: ArrayLike | None = None
+) -> tuple[Frame, Integers]:
+    """Frame whose level 0 has exactly ``count`` points in ``region``, and their integer coordinates (count, n).
+
+    ``seed`` draws the rotation (unless ``rotation`` (n, n) is given) and the offset; 0 <= count <= ``MAX_POINTS``.
+    Time and memory grow with the points. Raises InvalidInputError for counts out of range and for regions that are
+    empty, flat, unbounded or lost in the rounding of their distance from the origin.
+    """
+    _check_count(count)
+    anchored = _anchored(lattice, region)
+    rng = seeded(seed)
+    n = lattice.dimensions
+    unit = math.exp(
+        -float(np.linalg.slogdet(anchored.metric)[1]) / n
+    )  # a length of the region, so that gauges are near 1
+    for _ in range(MAX_DRAWS):
+        turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
+        basis = unit * (turn @ lattice.generator)
+        offset = unit * (turn @ lattice.reduced @ (rng.random(n) - 0.5))
+        gauges, coefficients = _nearest(anchored, basis, offset, count)
+        inner, outer = (0.0 if count == 0 else float(gauges[count - 1])), float(gauges[count])
+        shrink = 2.0 / (inner + outer)
+        frame = _frozen_frame(lattice, turn, shrink * unit, anchored.center + shrink * offset)
+        # Gauges are exact to rounding; whether the border separates is decided on the final positions.
+        inside = region.contains(frame.positions(coefficients[: count + 8]))
+        if outer - inner > 1e-12 * outer and inside[:count].all() and not inside[count:].any():
+            return frame, coefficients[:count]
+    raise SolveError(
+        f"none of {MAX_DRAWS} placements tells {count} points in the region from the next one in double precision; the "
+        "region is too small for its distance from the origin (subtract an offset), or the given rotation lines the "
+        "lattice up with its faces (leave it out)"
+    )
+
+
+def place_about(
+    lattice: Lattice, region: Region, count: int, *, seed: int = 0, rotation: ArrayLike | None = None
+) -> Frame:
+    """Frame whose level 0 has about ``count`` points: the cell is the region's volume (box, ball) over the count.
+
+    For regions without a volume formula the spacing is that of ``fill_exactly``.
+    """
+    _check_count(count)
+    if count == 0:
+        raise InvalidInputError("a lattice with about 0 points has no spacing; ask for at least 1")
+    log_volume = region.log_volume()
+    if log_volume is None:
+        return fill_exactly(lattice, region, count, seed=seed, rotation=rotation)[0]
+    anchored = _anchored(lattice, region)
+    rng = seeded(seed)
+    n = lattice.dimensions
+    turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
+    spacing = math.exp((log_volume - math.log(count)) / n)
+    return _frozen_frame(
+        lattice, turn, spacing, anchored.center + spacing * (turn @ lattice.reduced @ (rng.random(n) - 0.5))
+    )
+
+
+def level_for(frame: Frame, region: Region, count: int) -> int:
+    """The level of a frame that comes nearest to ``count`` points in a region, by its volume where that is known."""
+    _check_count(count)
+    anchored = _anchored(frame.lattice, region)
+    at_zero = expected_count(region, anchored.metric, frame.dimensions * math.log(frame.spacing))
+    level = round(float(np.log(max(count, 1) / at_zero) / np.log(frame.lattice.rate)))
+    if not 0 <= level <= MAX_LEVEL:
+        raise InvalidInputError(
+            f"about {count} points would be level {level} of this frame; levels run from 0 to {MAX_LEVEL}, level 0 has "
+            f"about {at_zero:.3g} here"
+        )
+    return level
+
+
+def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> tuple[Matrix, Integers]:
+    """Gauges, ascending, and coordinates of the lattice points nearest to the center: at least count + 1 of them."""
+    n = len(basis)
+    expected = expected_count(anchored.region, anchored.metric, float(np.linalg.slogdet(basis)[1]))  # at gauge 1
+    wanted = 1.1 * (count + 1) + 3.0 * np.sqrt(count + 1.0) + 4.0
+    known = anchored.region.log_volume() is not None
+    gauge = float((wanted / expected) ** (1.0 / n)) * (1.0 if known else 0.6)
+    window = Window(anchored, basis, offset)
+    for _ in range(MAX_GROWTHS):
+        coefficients = window.points(gauge, wanted)
+        gauges = anchored.gauge(offset + coefficients @ basis.T)
+        inside = np.flatnonzero(gauges <= gauge)
+        if len(inside) > count:
+            order = inside[np.argsort(gauges[inside], kind="stable")][: count + 64]
+            return gauges[order], coefficients[order]
+        few = len(inside) < 16
+        gauge *= 1.0 + 1.5 / n if few else min(2.0, float((1.02 * wanted / len(inside)) ** (1.0 / n)))
+    raise SolveError(
+        f"{count} points were not reached in {MAX_GROWTHS} searches; the region is too slanted for this lattice"
+    )
+
+
+def _anchored(lattice: Lattice, region: Region) -> Anchored:
+    if region.dimensions != lattice.dimensions:
+        raise InvalidInputError(
+            f"the region has {region.dimensions} dimensions, the lattice {lattice.dimensions}; make one for the region"
+        )
+    return anchor(region)
+
+
+def seeded(seed: int) -> np.random.Generator:
+    """Generator of a seed that no other use of the same seed repeats: a region drawn with it must not line up."""
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise InvalidInputError(f"seed is {seed!r}; expected a whole number from 0")
+    return np.random.default_rng([_SEED_DOMAIN, int(seed)])
+
+
+def _check_count(count: int) -> None:
+    if not isinstance(count, int | np.integer) or not 0 <= count <= MAX_POINTS:
+        raise InvalidInputError(f"the number of points is {count!r}; expected a whole number from 0 to {MAX_POINTS}")
+
+
+def _frozen_frame(lattice: Lattice, rotation: Matrix, spacing: float, origin: Matrix) -> Frame:
+    origin.setflags(write=False)
+    rotation.setflags(write=False)
+    return Frame(lattice, rotation, spacing, origin)

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Points in an order of which every prefix fills the region evenly; refined, extended or cut without moving a point.
+
+The digits of a point tell its coset in each level (finest first); sorting by them lists the coarsest level first and
+completes one level after the other, as the radical inverse does on the line. The coarser levels may start at any of
+``rate`` cosets, and the fullest is taken each time. Level j of m points then holds at least m / rateʲ of them, so a
+prefix never has less than ρ · rate^(-1/n) separation, ρ the packing radius of the lattice (up to the rounding of m).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.lattice.catalogue import make_lattice
+from spectral_core.lattice.construction import Lattice
+from spectral_core.lattice.fill.filling import fill_exactly, seeded
+from spectral_core.lattice.fill.frame import MAX_LEVEL, CosetDigits, Frame, random_rotation
+from spectral_core.lattice.fill.regions import Region
+from spectral_core.lattice.measure.measures import worst_gap
+
+Matrix = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+TURNS = 16
+"""Rotations tried in a box of 2 to 4 dimensions, up to ``MAX_TURN_POINTS`` points."""
+MAX_TURN_DIMENSIONS = 4
+MAX_TURN_POINTS = 20_000
+MAX_DIGITS = 200
+"""Levels above the base that are told apart; with rate 2 that is 2^200 points."""
+
+
+@dataclass(frozen=True, eq=False)
+class ProgressivePoints:
+    """Points of a framed lattice in a region, coarse levels first; every prefix is usable on its own."""
+
+    frame: Frame
+    region: Region
+    level: int
+    """Refinements so far; level 0 is the fill that was asked for."""
+    points: Matrix
+    """(m, n), read-only."""
+    coefficients: Integers
+    """Integer coordinates of the points at ``level``, (m, n), read-only."""
+    shifts: tuple[int, ...]
+    """Coset taken as the start at each coarser level, nearest level first."""
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def refine(self) -> ProgressivePoints:
+        """The same points in the same order, then those that the next level adds (about rate - 1 times as many)."""
+        if self.level == MAX_LEVEL:
+            raise InvalidInputError(f"the points are at level {MAX_LEVEL}, the finest; take a smaller region to go on")
+        positions, coefficients = self.frame.points_in(self.region, self.level + 1)
+        digits = CosetDigits.of(self.frame.lattice)
+        fresh = digits.digits(coefficients) != 0
+        positions, coefficients = positions[fresh], coefficients[fresh]
+        order = progressive_order(self.frame.lattice, coefficients, self.level + 1, self.shifts)
+        old = self.coefficients @ self.frame.lattice.dilation.T
+        return ProgressivePoints(
+            self.frame,
+            self.region,
+            self.level + 1,
+            _frozen(np.concatenate([self.points, positions[order]])),
+            _frozen(np.concatenate([old, coefficients[order]])),
+            self.shifts,
+        )
+
+    def within(self, region: Region) -> ProgressivePoints:
+        """The points of the same frame and level in another region, larger, smaller or elsewhere.
+
+        Points that lie in both regions have the same bits; ``shared`` pairs them.
+        """
+        return progressive_points(self.frame, region, level=self.level, shifts=self.shifts)
+
+    def shared(self, other: ProgressivePoints) -> tuple[Integers, Integers]:
+        """Indices here and there of the points in both, (K,) each; both must come from the same frame."""
+        if not other.frame.same_as(self.frame):
+            raise InvalidInputError(
+                "the two sets of points come from different frames, so no point is shared by design"
+            )
+        mine, theirs = (self._addresses(), other._addresses())
+        index = {address: i for i, address in enumerate(theirs)}
+        pairs = [(i, index[address]) for i, address in enumerate(mine) if address in index]
+        array = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+        return array[:, 0], array[:, 1]
+
+    def _addresses(self) -> list[bytes]:
+        coefficients, levels = self.frame.addresses(self.coefficients, self.level)
+        return [row.tobytes() for row in np.column_stack([levels, coefficients])]
+
+
+def progressive_fill(
+    region: Region,
+    count: int,
+    *,
+    rate: int = 2,
+    lattice: Lattice | None = None,
+    seed: int = 0,
+    rotation: ArrayLike | None = None,
+) -> ProgressivePoints:
+    """Exactly ``count`` points in a region, in progressive order.
+
+    ``lattice`` is that of the largest packing radius for the region's dimension and ``rate`` unless given: the
+    separation of prefixes is what it bounds. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
+    best of ``TURNS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
+    """
+    chosen = make_lattice(region.dimensions, rate, criterion="packing") if lattice is None else lattice
+    if rotation is None and region.box_limits is not None and 1 < len(chosen.generator) <= MAX_TURN_DIMENSIONS:
+        frame, coefficients = _filled_at_best_turn(chosen, region, count, seed)
+    else:
+        frame, coefficients = fill_exactly(chosen, region, count, seed=seed, rotation=rotation)
+    shifts = fullest_cosets(chosen, coefficients)
+    order = progressive_order(chosen, coefficients, 0, shifts)
+    coefficients = coefficients[order]
+    return ProgressivePoints(frame, region, 0, _frozen(frame.positions(coefficients)), _frozen(coefficients), shifts)
+
+
+def _filled_at_best_turn(lattice: Lattice, box: Region, count: int, seed: int) -> tuple[Frame, Integers]:
+    """Exact fill of a box at the rotation, of those tried, whose points leave the least gap on any axis.
+
+    In few dimensions a rotation may bring planes of the lattice close to an axis; from 5 on they hardly differ.
+    """
+    assert box.box_limits is not None
+    low, high = box.box_limits
+    rng = seeded(seed)
+    best: tuple[float, Frame, Integers] | None = None
+    for _ in range(TURNS if 2 <= count <= MAX_TURN_POINTS else 0):
+        try:
+            turn = random_rotation(lattice.dimensions, rng)
+            frame, coefficients = fill_exactly(lattice, box, count, seed=seed, rotation=turn)
+        except SolveError:  # lined up with a face: not a good rotation either
+            continue
+        gap = worst_gap((frame.positions(coefficients) - low) / (high - low))
+        if best is None or gap < best[0]:
+            best = gap, frame, coefficients
+    return fill_exactly(lattice, box, count, seed=seed) if best is None else best[1:]
+
+
+def progressive_points(
+    frame: Frame, region: Region, *, level: int = 0, shifts: tuple[int, ...] = ()
+) -> ProgressivePoints:
+    """All points of a frame's level in a region, in progressive order: how a stored sweep is taken up again.
+
+    ``frame``, ``level`` and ``shifts`` are those of the ``ProgressivePoints`` to continue.
+    """
+    positions, coefficients = frame.points_in(region, level)
+    order = progressive_order(frame.lattice, coefficients, level, shifts)
+    return ProgressivePoints(frame, region, level, _frozen(positions[order]), _frozen(coefficients[order]), shifts)
+
+
+def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:
+    """For each coarser level in turn, the coset that holds most of the points left (at least 1 / rate of them)."""
+    digits = CosetDigits.of(lattice)
+    left = coefficients
+    shifts: list[int] = []
+    while len(left) > 1 and len(shifts) < MAX_DIGITS:
+        cosets = digits.digits(left)
+        fullest = int(np.bincount(cosets, minlength=lattice.rate).argmax())
+        left = digits.divide(left[cosets == fullest], fullest)
+        shifts.append(fullest)
+    return tuple(shifts)
+
+
+def progressive_order(lattice: Lattice, coefficients: Integers, level: int, shifts: tuple[int, ...]) -> Integers:
+    """Order of points of a level, (N,): by digits, the finest level's first; ``shifts`` rename the coarser cosets.
+
+    Exact integers; stops when all points are told apart.
+    """
+    digits = CosetDigits.of(lattice)
+    left = coefficients
+    columns: list[Integers] = []
+    packed: list[Integers] = []
+    per_word = int(62 / np.log2(lattice.rate))
+    groups = np.zeros(len(coefficients), dtype=np.int64)
+    for place in range(MAX_DIGITS):
+        if len(columns) == per_word or place == MAX_DIGITS - 1:
+            packed.append(_packed(columns, lattice.rate))
+            columns = []
+        coarser = place - level
+        shift = shifts[coarser] if 0 <= coarser < len(shifts) else 0
+        cosets = digits.digits(left)
+        named = (cosets - shift) % lattice.rate
+        columns.append(named)
+        # The coset that is named 0 must divide to K⁻¹ (k - shift·step); the others keep their distance from it.
+        left = digits.divide(left - shift * digits.step, named)
+        groups = np.unique(groups * lattice.rate + named, return_inverse=True)[1].reshape(-1)
+        if len(groups) == 0 or groups.max() + 1 == len(groups):
+            break
+    packed.append(_packed(columns, lattice.rate))
+    return np.lexsort(packed[::-1])
+
+
+def _packed(columns: list[Integers], rate: int) -> Integers:
+    """Digits of one word as an integer, most significant first."""
+    word = np.zeros(len(columns[0]) if columns else 0, dtype=np.int64)
+    for column in columns:
+        word = word * rate + column
+    return word
+
+
+def _frozen(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    array = np.ascontiguousarray(array)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every linear light model offers a renderer and the design: surface → m numbers, light → 3×m matrix."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import STANDARD, Observer, observer, xyz_from_product
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+
+Array = NDArray[np.float64]
+
+
+class LightModel(ABC):
+    """Surfaces as m coefficients, linear in their reflectance; lights as 3×m matrices, linear in their power.
+
+    A pixel that stores coefficients is relit by one small matrix, and a sum of lights by the sum of their matrices.
+    ``coefficients_from_values``: (m, n), from a spectrum on ``grid``; ``viewer``: whose XYZ the matrices give.
+    """
+
+    def __init__(self, grid: SpectralGrid, coefficients_from_values: ArrayLike, viewer: Observer | None = None) -> None:
+        self.grid = grid
+        self.viewer = viewer or observer(STANDARD)
+        self.coefficients_from_values: Array = frozen_array(
+            "coefficients_from_values", coefficients_from_values, (None, grid.size)
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients m."""
+        return int(self.coefficients_from_values.shape[0])
+
+    @property
+    @abstractmethod
+    def multiplications_per_reflection(self) -> int:
+        """Multiplications for one more reflection of light that is already held in coefficients."""
+
+    @abstractmethod
+    def xyz_from_coefficients(self, light: Spectrum) -> Array:
+        """Matrix (3, m) from the coefficients of a surface to its XYZ under ``light``."""
+
+    @abstractmethod
+    def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
+        """Coefficients (..., m) of what two surfaces (..., m) reflect in turn, as one surface."""
+
+    def surface_coefficients(self, reflectances: ArrayLike | Sequence[Spectrum]) -> Array:
+        """Coefficients (..., m) of reflectances: values (..., n) on the model's grid, or spectra on any grid."""
+        return values_on_grid(reflectances, self.grid) @ self.coefficients_from_values.T
+
+    def linear_rgb_from_coefficients(self, light: Spectrum) -> Array:
+        """Matrix (3, m) from the coefficients of a surface to its linear sRGB under ``light``."""
+        return RGB_FROM_XYZ @ self.xyz_from_coefficients(light)
+
+    def xyz_from_reflectance(self, light: Spectrum) -> Array:
+        """Matrix (3, n) from a reflectance to the XYZ that this model shows (Q_rgb,m,31 of Eq. 5.10, in XYZ)."""
+        return self.xyz_from_coefficients(light) @ self.coefficients_from_values
+
+    def subspace_error(self, light: Spectrum) -> Array:
+        """F of Eq. 5.12 in XYZ, (3, n): the true color matrix of a light less this model's."""
+        return xyz_from_product(light, self.grid, self.viewer) - self.xyz_from_reflectance(light)
+
+
+def values_on_grid(spectra: ArrayLike | Sequence[Spectrum], grid: SpectralGrid) -> Array:
+    """Values (..., n) of arrays that are on the grid already, or of spectra sampled at its knots.
+
+    Raises InvalidInputError where an array's last axis does not fit the grid.
+    """
+    if isinstance(spectra, Sequence) and spectra and isinstance(spectra[0], Spectrum):
+        return np.array([spectrum.at(grid.wavelengths_nm) for spectrum in spectra if isinstance(spectrum, Spectrum)])
+    values = np.asarray(spectra, dtype=np.float64)
+    if values.shape[-1:] != (grid.size,):
+        raise InvalidInputError(
+            f"reflectances have shape {values.shape}; the grid {grid} wants {grid.size} values on the last axis"
+        )
+    return values
+
+
+def on_grid(spectrum: Spectrum, grid: SpectralGrid) -> Array:
+    """Values of a spectrum at the grid's knots, (n,): as given on the same knots, else averaged over each cell.
+
+    The average keeps the power of lamp lines that are narrower than the grid's step.
+    """
+    if np.array_equal(spectrum.grid.wavelengths_nm, grid.wavelengths_nm):
+        return spectrum.values
+    return spectrum.resampled(grid, average=True).values

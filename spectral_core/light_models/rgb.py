@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a conventional renderer does, as a light model: colors of surfaces times colors of lights."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.light_models.interface import LightModel
+from spectral_core.spectra.color import RGB_FROM_XYZ, XYZ_FROM_RGB
+from spectral_core.spectra.observer import Observer, xyz_from_product
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+
+Array = NDArray[np.float64]
+
+
+class RgbModel(LightModel):
+    """Coefficients are linear sRGB under ``reference``, relative to its white, so that flat white is (1, 1, 1)."""
+
+    def __init__(self, grid: SpectralGrid, reference: Illuminant, viewer: Observer | None = None) -> None:
+        matrix = RGB_FROM_XYZ @ xyz_from_product(reference, grid, viewer)
+        white = matrix.sum(axis=1, keepdims=True)
+        if np.any(white <= 0):
+            raise InvalidInputError(
+                f"reference light {reference.name!r} has linear RGB {white[:, 0].tolist()}; choose one inside the gamut"
+            )
+        super().__init__(grid, matrix / white, viewer)
+
+    @property
+    def multiplications_per_reflection(self) -> int:
+        """3."""
+        return 3
+
+    def xyz_from_coefficients(self, light: Spectrum) -> Array:
+        """XYZ of RGB that was multiplied by the light's RGB, (3, 3)."""
+        return XYZ_FROM_RGB * (RGB_FROM_XYZ @ xyz_from_product(light, self.grid, self.viewer).sum(axis=1))
+
+    def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
+        """Channel by channel."""
+        return np.asarray(first, dtype=np.float64) * np.asarray(second, dtype=np.float64)

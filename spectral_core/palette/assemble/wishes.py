@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The cells of a problem read into targets and groups of equal colors, once per solve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.criteria import capped_weights
+from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
+
+Array = NDArray[np.float64]
+
+WEIGHT_RATIO = 1e3
+"""Largest ratio between the weights of two cells; past it every solver of normal equations goes wrong unnoticed."""
+SMOOTHNESS_RANGE = (1e-6, 30.0)
+"""Smoothness weights, relative to the heaviest cell, between which the problem stays solvable in double precision."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """A cell that wants a color of its own."""
+
+    cell: CellIndex
+    color: Array
+    weight: float
+    exact: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Cells that share one free color. ``weights`` and ``exact`` per member; ``box``: (2, 3)."""
+
+    members: tuple[CellIndex, ...]
+    weights: tuple[float, ...]
+    exact: tuple[bool, ...]
+    box: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A way of looking: an observer, and which variant of the lights (None: the lights themselves)."""
+
+    observer: int
+    variant: int | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wishes:
+    """What the cells ask, weights capped and scaled so that the heaviest cell weighs 1."""
+
+    targets: tuple[Target, ...]
+    blacks: tuple[Target, ...]
+    """Those targets that hold for every condition."""
+    groups: tuple[Group, ...]
+    conditions: tuple[Condition, ...]
+    """The first is the one that targets are seen in."""
+    smoothness: float
+    weight_scale: float
+    """What the weights were divided by."""
+    notes: tuple[str, ...]
+
+
+def compiled_wishes(problem: PaletteProblem) -> Wishes:
+    """Read the cells. Raises InvalidInputError where a group's color boxes have no color in common."""
+    index = [(i, j) for i in range(len(problem.reflectances)) for j in range(len(problem.lights))]
+    weights = {at: problem.cells[at[0]][at[1]].weight for at in index if _weighs(problem.cells[at[0]][at[1]])}
+    asked = np.array([*weights.values()])
+    capped = capped_weights(asked, WEIGHT_RATIO)
+    notes = []
+    if not np.array_equal(asked, capped):
+        notes.append(
+            f"cell weights from {asked[asked > 0].min():g} to {asked.max():g} were brought within a ratio of "
+            f"{WEIGHT_RATIO:g}, beyond which solvers lose accuracy; make a cell exact if it must hold"
+        )
+    scale = float(capped.max(initial=0.0)) or 1.0
+    weights = dict(zip(weights, capped / scale, strict=True))
+    smoothness = problem.smoothness / scale
+    if smoothness > 0 and not SMOOTHNESS_RANGE[0] <= smoothness <= SMOOTHNESS_RANGE[1]:
+        smoothness = float(np.clip(smoothness, *SMOOTHNESS_RANGE))
+        notes.append(
+            f"smoothness {problem.smoothness:g} was brought to {smoothness * scale:g}, nearer to the cell weights"
+        )
+    for i, j in index:
+        if problem.cells[i][j].mode is CellMode.DISTINCT and not problem.reflectances[i].free:
+            notes.append(f"cell {(i, j)} should be distinct, but its reflectance is given, so nothing was done for it")
+    targets = [_target(at, problem.cells[at[0]][at[1]], weights) for at in index]
+    blacks = tuple(t for t in targets if t is not None and problem.cells[t.cell[0]][t.cell[1]].mode is CellMode.BLACK)
+    return Wishes(
+        tuple(t for t in targets if t is not None),
+        blacks,
+        _groups(problem, weights),
+        _conditions(problem),
+        smoothness,
+        scale,
+        tuple(notes),
+    )
+
+
+def _weighs(cell: Cell) -> bool:
+    return cell.mode not in (CellMode.IGNORE, CellMode.DISTINCT) and not (
+        cell.mode is CellMode.FREE and cell.box is None
+    )
+
+
+def _target(at: CellIndex, cell: Cell, weights: dict[CellIndex, float]) -> Target | None:
+    if cell.mode is CellMode.FIXED:
+        assert cell.target is not None
+        return Target(at, cell.target, weights[at], cell.exact)
+    if cell.mode is CellMode.BLACK:
+        return Target(at, np.zeros(3), weights[at], cell.exact)
+    return None
+
+
+def _groups(problem: PaletteProblem, weights: dict[CellIndex, float]) -> tuple[Group, ...]:
+    """Cells joined by "same" and "constant", and single free cells that are held in a box."""
+    root: dict[CellIndex, CellIndex] = {}
+
+    def find(at: CellIndex) -> CellIndex:
+        while root.setdefault(at, at) != at:
+            at = root[at]
+        return at
+
+    weight: dict[CellIndex, float] = {}
+    exact: dict[CellIndex, bool] = {}
+    for i, row in enumerate(problem.cells):
+        for j, cell in enumerate(row):
+            at = (i, j)
+            if cell.mode not in (CellMode.SAME, CellMode.CONSTANT) and cell.box is None:
+                continue
+            find(at)
+            members = (at, *cell.others)
+            for other in members:
+                root[find(other)] = find(at)
+                weight[other] = max(weight.get(other, 0.0), weights[at])
+                exact[other] = exact.get(other, False) or cell.exact
+    gathered: dict[CellIndex, list[CellIndex]] = {}
+    for at in root:
+        gathered.setdefault(find(at), []).append(at)
+    return tuple(
+        Group(
+            tuple(members),
+            tuple(weight[at] for at in members),
+            tuple(exact[at] for at in members),
+            _box(problem, members),
+        )
+        for members in map(sorted, gathered.values())
+    )
+
+
+def _box(problem: PaletteProblem, members: list[CellIndex]) -> Array:
+    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    for i, j in members:
+        box = problem.cells[i][j].box
+        if box is not None:
+            low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
+    if np.any(low > high):
+        raise InvalidInputError(f"the color boxes of the cells {members} have no color in common; widen or remove one")
+    return np.stack([low, high])
+
+
+def _conditions(problem: PaletteProblem) -> tuple[Condition, ...]:
+    variants = max(len(light.variants) for light in problem.lights)
+    each = [None, *range(variants)]
+    return tuple(Condition(observer, variant) for variant in each for observer in range(len(problem.observers)))

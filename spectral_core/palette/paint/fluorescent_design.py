@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Palettes with fluorescent materials: reflectance and amounts of dye, and lights, designed in turn.
+
+The cells are those of a ``PaletteProblem``; dyes are given per reflectance. Unknowns of a fluorescent material are its
+reflectance S, the amounts a of its dyes and, at every wavelength, the energy s that it does not return, with
+S + Σ a_k ex_k + s = 1 and all of them at least 0: the energy bound as equalities, which every engine knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.criteria import second_differences
+from spectral_core.palette.assemble.phase import COLOR_NORM
+from spectral_core.palette.assemble.phase_solve import solve_phase
+from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
+from spectral_core.palette.paint.fluorescence import (
+    FluorescentDye,
+    FluorescentSurface,
+    color_from_light,
+    color_from_surface,
+    energy_per_amount,
+)
+from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.least_squares import Block, Check, Link, LinkedLeastSquares
+from spectral_core.palette.report import EXACT_LIMIT, exact_error, wanted_colors
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import linear_rgb_from_product
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
+
+Array = NDArray[np.float64]
+Dyes = Mapping[int, Sequence[FluorescentDye]]
+"""Dyes that each reflectance, by its number, may hold."""
+
+SETTLED = 1e-3
+"""Relative fall of the sum of squares in a round below which the rounds stop."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FluorescentSolution:
+    """What became of the wishes. ``surfaces`` and ``illuminants`` in the problem's order; cells are (R, L, ...)."""
+
+    problem: PaletteProblem
+    surfaces: tuple[FluorescentSurface, ...]
+    """Those without dyes have no amounts."""
+    illuminants: tuple[Spectrum, ...]
+    target_linear_rgb: Array
+    actual_linear_rgb: Array
+    delta_e_2000: Array
+    check: Check
+    """The worst of the last solves of each side."""
+    exact_error: float
+    """How far exact cells are from their wish, in linear RGB."""
+    rounds: int
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the solves passed their checks and every exact cell holds."""
+        return self.check.passed and self.exact_error <= EXACT_LIMIT
+
+    @property
+    def largest_returned_energy(self) -> float:
+        """Largest share of light that any surface returns at any knot: at most 1, but for rounding."""
+        return max(float(surface.returned_energy().max()) for surface in self.surfaces)
+
+
+def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolution:
+    """Reflectances, amounts of dyes, and free lights that come as near to all cells as energy allows.
+
+    Raises InvalidInputError for what is not understood together with dyes: several observers, variants of lights,
+    lights from primaries, subspaces, "distinct" cells, negative reflectances, and dyes on measured reflectances.
+    """
+    _require_supported(problem, dyes)
+    design = _Design(problem, compiled_wishes(problem), dyes)
+    checks: dict[str, Check] = {}
+    before, rounds = np.inf, 0
+    sides = [side for side in ("reflectances", "lights") if any(item.free for item in getattr(problem, side))]
+    for number in range(1, problem.rounds + 1):
+        rounds, squares = number, 0.0
+        for side in sides:
+            checks[side], squares = design.half_round(side)
+        if len(sides) < 2 or before - squares <= SETTLED * squares:
+            break
+        before = squares
+    return design.solution(_worst(list(checks.values())), rounds)
+
+
+class _Design:
+    """The spectra while they are designed."""
+
+    def __init__(self, problem: PaletteProblem, wishes: Wishes, dyes: Dyes) -> None:
+        self.problem, self.wishes = problem, wishes
+        self.dyes = [tuple(dyes.get(i, ())) for i in range(len(problem.reflectances))]
+        self.lights: list[Spectrum] = [light.spectrum for light in problem.lights]
+        grey = np.full(problem.grid.size, 0.5)
+        self.surfaces = [
+            FluorescentSurface(
+                item.name, item.spectrum or Spectrum(item.name, problem.grid, grey), own, np.zeros(len(own))
+            )
+            for item, own in zip(problem.reflectances, self.dyes, strict=True)
+        ]
+
+    def half_round(self, side: str) -> tuple[Check, float]:
+        """Solve one side; its check and sum of squares."""
+        items = [k for k, item in enumerate(getattr(self.problem, side)) if item.free]
+        linked = self._assembled(side, items)
+        answer = solve_phase(linked)
+        for item, values in zip(items, answer.blocks, strict=True):
+            if side == "lights":
+                self.lights[item] = self._light(item, values)
+            else:
+                self.surfaces[item] = self._surface(item, values)
+        x = np.concatenate([answer.colors.ravel(), *answer.blocks])
+        return answer.check, 2 * linked.objective(x)
+
+    def colors(self) -> Array:
+        """Linear RGB (R, L, 3)."""
+        return np.array([[surface.linear_rgb(light) for light in self.lights] for surface in self.surfaces])
+
+    def solution(self, check: Check, rounds: int) -> FluorescentSolution:
+        """What the present spectra are."""
+        actual = self.colors()
+        wanted = wanted_colors(self.wishes, actual)
+        return FluorescentSolution(
+            self.problem,
+            tuple(self.surfaces),
+            tuple(self.lights),
+            wanted,
+            actual,
+            delta_e_2000(lab_from_linear_rgb(wanted), lab_from_linear_rgb(actual)),
+            check,
+            exact_error(self.wishes, actual)[0],
+            rounds,
+        )
+
+    def _light(self, item: int, values: Array) -> Spectrum:
+        kind = Illuminant if values.min() >= 0 else Spectrum
+        return kind(self.problem.lights[item].name, self.problem.grid, values, source="designed")
+
+    def _surface(self, item: int, values: Array) -> FluorescentSurface:
+        n, count = self.problem.grid.size, len(self.dyes[item])
+        name = self.problem.reflectances[item].name
+        reflectance = Reflectance(name, self.problem.grid, values[:n], source="designed")
+        return FluorescentSurface(name, reflectance, self.dyes[item], values[n : n + count])
+
+    def _assembled(self, side: str, items: list[int]) -> LinkedLeastSquares:
+        """All wishes as rows and links over the unknowns of one side."""
+        blocks = [self._bare_block(side, item) for item in items]
+        number = {item: k for k, item in enumerate(items)}
+        axis = 0 if side == "reflectances" else 1
+        shown = self.colors()
+
+        def color_row(cell: CellIndex) -> tuple[int | None, Array, Array]:
+            if cell[axis] not in number:
+                return None, np.zeros((3, 0)), shown[cell]
+            block = number[cell[axis]]
+            matrix = np.zeros((3, blocks[block].lower.size))
+            own = self._color_matrix(side, cell)
+            matrix[:, : own.shape[1]] = own
+            return block, matrix, np.zeros(3)
+
+        rows: list[list[tuple[Array, Array, bool]]] = [[] for _ in blocks]
+        for target in self.wishes.targets:
+            block, matrix, offset = color_row(target.cell)
+            if block is not None:
+                factor = 1.0 if target.exact else target.weight / COLOR_NORM
+                rows[block].append((factor * matrix, factor * (target.color - offset), target.exact))
+        links: list[Link] = []
+        boxes: list[Array] = []
+        for group in self.wishes.groups:
+            if not any(cell[axis] in number for cell in group.members):
+                continue
+            for cell, weight, exact in zip(group.members, group.weights, group.exact, strict=True):
+                block, matrix, offset = color_row(cell)
+                links.append(Link(block, len(boxes), matrix, offset, weight / COLOR_NORM, exact))
+            boxes.append(group.box)
+        limits = np.array(boxes).reshape(-1, 2, 3)
+        joined = tuple(_with_rows(block, own) for block, own in zip(blocks, rows, strict=True))
+        return LinkedLeastSquares(joined, tuple(links), limits[:, 0], limits[:, 1])
+
+    def _color_matrix(self, side: str, cell: CellIndex) -> Array:
+        i, j = cell
+        if side == "lights":
+            return color_from_light(self.surfaces[i], self.problem.grid)
+        if not self.dyes[i]:
+            return linear_rgb_from_product(self.lights[j], self.problem.grid)
+        return color_from_surface(self.lights[j], self.dyes[i], self.problem.grid)
+
+    def _bare_block(self, side: str, item: int) -> Block:
+        """Unknowns, bounds, smoothness and energy of one spectrum."""
+        grid = self.problem.grid
+        n, count = grid.size, 0 if side == "lights" else len(self.dyes[item])
+        size = n + count + (n if count else 0)
+        rough = np.zeros((n, size))
+        rough[:, :n] = self.wishes.smoothness * second_differences(grid, self.problem.smoothness_operator)
+        low, high = self.problem.light_bounds if side == "lights" else self.problem.reflectance_bounds
+        lower, upper = np.zeros(size), np.full(size, np.inf)
+        lower[:n], upper[:n] = low, high
+        equality = np.zeros((0, size))
+        if count:
+            upper[n + count :] = 1.0
+            equality = np.concatenate([np.eye(n), energy_per_amount(self.dyes[item], grid), np.eye(n)], axis=1)
+        return Block(rough, np.zeros(n), lower, upper, equality, np.ones(len(equality)))
+
+
+def _with_rows(block: Block, rows: list[tuple[Array, Array, bool]]) -> Block:
+    """A block with soft and exact rows added."""
+    soft = [(matrix, target) for matrix, target, exact in rows if not exact]
+    hard = [(matrix, target) for matrix, target, exact in rows if exact]
+    return Block(
+        np.concatenate([block.matrix, *(matrix for matrix, _ in soft)]),
+        np.concatenate([block.target, *(target for _, target in soft)]),
+        block.lower,
+        block.upper,
+        np.concatenate([block.equality, *(matrix for matrix, _ in hard)]),
+        np.concatenate([block.equality_target, *(target for _, target in hard)]),
+    )
+
+
+def _worst(checks: list[Check]) -> Check:
+    return Check(
+        *(max((getattr(each, name) for each in checks), default=0.0) for name in ("kkt", "bounds", "equality"))
+    )
+
+
+def _require_supported(problem: PaletteProblem, dyes: Dyes) -> None:
+    refused: dict[str, Any] = {
+        "several observers": len(problem.observers) > 1,
+        "variants of lights": any(light.variants for light in problem.lights),
+        "lights from primaries, or held to a white or a luminance": any(
+            light.primaries or light.white_xyz is not None or light.luminance is not None for light in problem.lights
+        ),
+        "a subspace criterion": problem.subspace is not None,
+        "lights that are scaled": problem.scale_lights,
+        "perceptual matching": problem.match != "linear",
+        "'distinct' cells": any(cell.mode == "distinct" for row in problem.cells for cell in row),
+        "negative reflectances": problem.reflectance_bounds[0] < 0 or problem.reflectance_bounds[1] > 1,
+    }
+    found = [name for name, present in refused.items() if present]
+    if found:
+        raise InvalidInputError(f"a palette with fluorescence has {', '.join(found)}; it is designed without them")
+    for item in dyes:
+        if not 0 <= item < len(problem.reflectances):
+            raise InvalidInputError(f"dyes for reflectance {item}; expected 0 to {len(problem.reflectances) - 1}")
+        if not problem.reflectances[item].free:
+            raise InvalidInputError(
+                f"reflectance {problem.reflectances[item].name!r} is measured, so no dye can be designed into it; free "
+                "it"
+            )

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Metamers that stay metamers as paint: criterion rows for Kubelka-Munk tints, and the design with them.
+
+A tint's reflectance is no linear function of the paint's, so its color is linearized around the present reflectances
+(Gauss-Newton); each step is a palette problem with more rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.phase import COLOR_NORM, PhaseBuilder
+from spectral_core.palette.assemble.phase_solve import PhaseAnswer, solve_phase
+from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
+from spectral_core.palette.distinct.cells import wants_distinct
+from spectral_core.palette.live.state import PaletteState
+from spectral_core.palette.paint.mixtures import paint_mixture, paint_slope, tint_differences
+from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.least_squares import Link, LinkedLeastSquares
+from spectral_core.palette.report import reported
+from spectral_core.palette.solution import PaletteSolution
+from spectral_core.palette.solve import SolveTrace, solve_palette
+
+Array = NDArray[np.float64]
+
+STEP_LIMIT, LAST_STEP = 0.2, 1e-4
+"""First and least trust region of a tint design: how far a reflectance may move in one step."""
+SETTLED = 1e-6
+"""Relative change of the objective below which a tint design stops."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TintCriterion:
+    """Cells that match should also match as tints: mixed as paint, at ``levels``, into ``base``.
+
+    ``base``: reflectance, a number or (n,) on the palette's grid; ``weight``: relative to the cells' own.
+    """
+
+    base: Array | float = 0.9
+    levels: tuple[float, ...] = (0.75, 0.5, 0.25)
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base", frozen_array("the base of tints", np.atleast_1d(self.base), (None,)))
+        for level in self.levels:
+            require_range("a tint level", level, 1e-3, 1.0)
+        require_range("the weight of tints", self.weight, 0.0, 1e30)
+
+    def base_on(self, size: int) -> Array:
+        """The base at every sample of the grid, (n,)."""
+        return np.broadcast_to(np.asarray(self.base), (size,))
+
+
+def tint_links(
+    builder: PhaseBuilder, linked: LinkedLeastSquares, state: PaletteState, criterion: TintCriterion
+) -> tuple[list[Link], int]:
+    """Criterion rows of tints, linearized at the state's reflectances, and how many free colors they add.
+
+    One more free color per group of matching cells and level: the color that their tints should share.
+    """
+    size = builder.problem.grid.size
+    base = criterion.base_on(size)
+    blocks = {item: k for k, item in enumerate(builder.free_items("reflectances"))}
+    by_light = state.kernel.matrices(state.lights_at_points())[0]
+    knots = builder.problem.grid.wavelengths_nm
+    links: list[Link] = []
+    added = 0
+    for members in matching_cells(builder.wishes):
+        if not any(cell[0] in blocks for cell in members):
+            continue
+        for level in criterion.levels:
+            number = len(linked.color_lower) + added
+            added += 1
+            for (i, j), weight in members.items():
+                given = builder.problem.reflectances[i].spectrum
+                paint = state.reflectances[i] if given is None else given.at(knots)
+                assert paint is not None
+                tint = paint_mixture([level, 1 - level], np.stack([paint, base]))
+                slope = paint_slope(level, paint, base)
+                factor = criterion.weight * weight / COLOR_NORM
+                if i in blocks:
+                    offset = by_light[j] @ (tint - slope * paint)
+                    links.append(Link(blocks[i], number, by_light[j] * slope, offset, factor, False))
+                else:
+                    links.append(Link(None, number, np.zeros((3, 0)), by_light[j] @ tint, factor, False))
+    return links, added
+
+
+def matching_cells(wishes: Wishes) -> list[dict[CellIndex, float]]:
+    """Cells that should look the same, with their weights: those tied, and those of one color under one light."""
+    tied = [dict(zip(group.members, group.weights, strict=True)) for group in wishes.groups]
+    same: dict[tuple[int, bytes], dict[CellIndex, float]] = {}
+    for target in wishes.targets:
+        same.setdefault((target.cell[1], target.color.tobytes()), {})[target.cell] = target.weight
+    return [cells for cells in (*tied, *same.values()) if len(cells) > 1]
+
+
+def solve_with_tints(
+    problem: PaletteProblem, criterion: TintCriterion | None = None, *, iterations: int = 40
+) -> PaletteSolution:
+    """The palette with matching cells that also match as tints (Kubelka-Munk), as nearly as the rest allows.
+
+    Begins at solve_palette, holds the lights, and takes Gauss-Newton steps within a trust region; each step is a
+    palette problem with more rows, and is kept only if the true objective falls. Raises InvalidInputError where cells
+    are "distinct".
+    """
+    started = perf_counter()
+    criterion = criterion or TintCriterion()
+    if wants_distinct(problem):
+        raise InvalidInputError("tints are not designed together with 'distinct' cells; make those 'fixed' or 'ignore'")
+    solution = solve_palette(problem)
+    if not solution.status.trusted:
+        return solution
+    builder = PhaseBuilder(problem, compiled_wishes(problem))
+    state: PaletteState = solution.state
+    trace = SolveTrace(notes=[*solution.notes, "tints are matched with the lights held"])
+    objective, reach = _tint_objective(builder, state, criterion), STEP_LIMIT
+    for number in range(1, iterations + 1):
+        answer, trial = _tint_step(builder, state, criterion, reach)
+        found = _tint_objective(builder, trial, criterion)
+        if not answer.check.passed or found >= objective:
+            reach /= 3
+            if reach < LAST_STEP:
+                break
+            continue
+        settled = objective - found < SETTLED * objective
+        state, objective, reach = trial, found, min(2 * reach, 1.0)
+        trace.add("reflectances", answer, 0.0)
+        trace.rounds = number
+        if settled:
+            break
+    trace.timings["total"] = perf_counter() - started
+    solution = reported(builder, state, trace)
+    worst = largest_tint_difference(solution, criterion)
+    return replace(solution, residuals={**solution.residuals, "tint_delta_e_2000": worst})
+
+
+def largest_tint_difference(solution: PaletteSolution, criterion: TintCriterion) -> float:
+    """Largest ΔE2000 between tints of cells under one light that should look the same; 0 where there are none."""
+    worst = 0.0
+    for members in matching_cells(compiled_wishes(solution.problem)):
+        for a, b in combinations(members, 2):
+            if a[1] == b[1]:
+                found = tint_differences(solution, [(a[0], b[0])], base=criterion.base, levels=criterion.levels)
+                worst = max(worst, float(found[:, 0, a[1]].max()))
+    return worst
+
+
+def _tint_step(
+    builder: PhaseBuilder, state: PaletteState, criterion: TintCriterion, reach: float
+) -> tuple[PhaseAnswer, PaletteState]:
+    phase = builder.build("reflectances", state)
+    linked = phase.problem
+    links, added = tint_links(builder, linked, state, criterion)
+    held = []
+    for item, block in zip(phase.items, linked.blocks, strict=True):
+        here = state.reflectances[item]
+        assert here is not None
+        near = np.maximum(block.lower, here - reach), np.minimum(block.upper, here + reach)
+        held.append(replace(block, lower=near[0], upper=near[1]))
+    free = np.full((added, 3), np.inf)
+    wider = LinkedLeastSquares(
+        tuple(held),
+        (*linked.links, *links),
+        np.concatenate([linked.color_lower, -free]),
+        np.concatenate([linked.color_upper, free]),
+    )
+    answer = solve_phase(wider)
+    return answer, state.with_reflectances(dict(zip(phase.items, answer.blocks, strict=True)))
+
+
+def _tint_objective(builder: PhaseBuilder, state: PaletteState, criterion: TintCriterion) -> float:
+    """Half the sum of squares of all soft rows at a state, tints by Kubelka-Munk itself, free colors at their best."""
+    linked = builder.build("reflectances", state).problem
+    links, _ = tint_links(builder, linked, state, criterion)
+    values = [state.reflectances[item] for item in builder.free_items("reflectances")]
+    blocks = [each for each in values if each is not None]
+    total = sum(
+        float(np.sum((block.matrix @ x - block.target) ** 2)) for block, x in zip(linked.blocks, blocks, strict=True)
+    )
+    by_group: dict[int, list[tuple[float, Array]]] = {}
+    for link in (*linked.links, *links):
+        shown = link.offset + (0.0 if link.block is None else link.matrix @ blocks[link.block])
+        by_group.setdefault(link.group, []).append((link.weight, shown))
+    for members in by_group.values():
+        weights = np.array([weight for weight, _ in members])
+        shown = np.stack([color for _, color in members])
+        middle = weights**2 @ shown / max(float((weights**2).sum()), 1e-300)
+        total += float(np.sum((weights[:, None] * (shown - middle)) ** 2))
+    return 0.5 * total

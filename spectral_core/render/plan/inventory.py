@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is in a scene, as far as the renderer cares: a walk over lights, materials and paints, no decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import (
+    AddSurface,
+    AreaLight,
+    Color,
+    Diffuse,
+    Emission,
+    Glass,
+    Glossy,
+    ImageTexture,
+    Material,
+    MixedPaint,
+    MixSurface,
+    Principled,
+    Scene,
+    SunLight,
+    Surface,
+    Transparent,
+)
+from spectral_core.spectra.spectrum import Spectrum
+
+FEWEST_DIFFUSE_BOUNCES, MOST_DIFFUSE_BOUNCES = 2, 32
+
+
+@dataclass(frozen=True, slots=True)
+class Inventory:
+    """Names of what carries spectra, is dispersive, emits, is transparent, …; materials count only where used."""
+
+    spectra: tuple[str, ...]
+    dispersive: tuple[str, ...]
+    media: tuple[str, ...]
+    emissive: tuple[str, ...]
+    transparent: tuple[str, ...]
+    refractive: tuple[str, ...]
+    glossy: tuple[str, ...]
+    images: tuple[str, ...]
+    light_bodies: tuple[str, ...]
+    visible_lights: tuple[str, ...]
+    source_count: int
+    surfaces: int
+    largest_reflectance: float
+
+    def diffuse_bounces(self, tolerance_delta_e: float) -> int:
+        """Bounces of a matt scene after which the rest is below the tolerance.
+
+        What is left after n bounces is at most ρ^(n+1) / (1 - ρ) of the direct light where every path stays inside;
+        half of that is taken for an ordinary room, and ΔE 1 for about 2.5 % of luminance (CIELAB at mid gray).
+        """
+        rho = min(self.largest_reflectance, 0.98)
+        if rho <= 0:
+            return FEWEST_DIFFUSE_BOUNCES
+        allowed = 2 * 0.025 * max(tolerance_delta_e, 1e-3) * (1 - rho)
+        bounces = int(np.ceil(np.log(allowed) / np.log(rho)))
+        return int(np.clip(bounces, FEWEST_DIFFUSE_BOUNCES, MOST_DIFFUSE_BOUNCES))
+
+
+def take_inventory(scene: Scene) -> Inventory:
+    """Walk over a scene."""
+    worn = {name for instance in scene.instances for name in instance.materials}
+    materials = [material for material in scene.materials if material.name in worn]
+    which = lambda test: tuple(material.name for material in materials if test(material))  # noqa: E731
+    spectral_lights = tuple(light.name for light in scene.lights if _has_spectrum(light.color))
+    world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
+    spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
+    emissive = which(lambda m: any(map(_emits, closures_of(m.surface))))
+    bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
+    return Inventory(
+        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, values_of(m)))) + spectral_volumes,
+        dispersive=which(_is_dispersive),
+        media=which(lambda m: m.medium is not None),
+        emissive=emissive,
+        transparent=which(_is_transparent),
+        refractive=which(lambda m: any(_refracts(c) for c in closures_of(m.surface))),
+        glossy=which(lambda m: any(isinstance(c, (Glossy, Principled)) for c in closures_of(m.surface))),
+        images=which(lambda m: any(isinstance(p, ImageTexture) for v in values_of(m) for p in _parts(v))),
+        light_bodies=bodies,
+        visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
+        source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
+        surfaces=len(scene.instances),
+        largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),
+    )
+
+
+def closures_of(surface: Surface | None) -> Iterator[Any]:
+    """The closures that a surface is mixed and added from."""
+    if isinstance(surface, (MixSurface, AddSurface)):
+        yield from closures_of(surface.first)
+        yield from closures_of(surface.second)
+    elif surface is not None:
+        yield surface
+
+
+def values_of(material: Material) -> Iterator[Any]:
+    """Every paint and number of a material."""
+    stack: list[Any] = [material.surface, material.medium]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, (MixSurface, AddSurface)):
+            stack += [item.first, item.second]
+            if isinstance(item, MixSurface):
+                yield item.factor
+        elif item is not None:
+            yield from (getattr(item, name) for name in type(item).__slots__)
+
+
+def _parts(paint: Any) -> Iterator[Any]:
+    if isinstance(paint, MixedPaint):
+        for part in (paint.factor, paint.first, paint.second):
+            yield from _parts(part)
+    else:
+        yield paint
+
+
+def _has_spectrum(paint: Any) -> bool:
+    return any(isinstance(part, Spectrum) for part in _parts(paint))
+
+
+def _is_dispersive(material: Material) -> bool:
+    return any(
+        isinstance(c, (Glass, Principled)) and isinstance(c.ior, Spectrum) and _refracts(c)
+        for c in closures_of(material.surface)
+    )
+
+
+def _refracts(closure: Any) -> bool:
+    return isinstance(closure, Glass) or (isinstance(closure, Principled) and closure.transmission != 0)
+
+
+def _emits(closure: Any) -> bool:
+    if isinstance(closure, Emission):
+        return closure.strength != 0
+    if not isinstance(closure, Principled):
+        return False
+    dark = isinstance(closure.emission_color, Color) and not np.any(closure.emission_color.linear_rgb)
+    return closure.emission_strength != 0 and not dark
+
+
+def _is_transparent(material: Material) -> bool:
+    if material.surface is None:
+        return True
+    return any(
+        isinstance(c, Transparent) or (isinstance(c, Principled) and c.alpha != 1.0)
+        for c in closures_of(material.surface)
+    )
+
+
+def _largest_reflectance(material: Material) -> float:
+    colors = [c.color for c in closures_of(material.surface) if isinstance(c, Diffuse)]
+    sizes = [_size(part) for color in colors for part in _parts(color)]
+    return max(sizes, default=0.0)
+
+
+def _size(paint: Any) -> float:
+    if isinstance(paint, Color):
+        return float(np.clip(paint.linear_rgb, 0, 1).max())
+    if isinstance(paint, Spectrum):
+        return float(paint.values.max())
+    return 0.9 if isinstance(paint, ImageTexture) else 0.0

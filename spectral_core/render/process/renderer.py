@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rendering in a process of its own: a crash there is an error here, and never the end of an artist's session."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core import errors
+from spectral_core.errors import RenderError
+from spectral_core.render.plan.effects import EffectPlan, plan_effects
+from spectral_core.render.process.messages import receive, send
+from spectral_core.render.still import Progress, RenderResult
+from spectral_core.render.trace.wavelengths import Bands
+from spectral_core.render.variant import choose_backend
+from spectral_core.scene import Scene
+from spectral_core.spectra.spectrum import Spectrum
+
+CANCEL_GRACE_S = 0.4
+"""How long a cancelled render may take to answer before its process is ended."""
+START_LIMIT_S = 60.0
+_POLL_S = 0.02
+_LOG_TAIL_BYTES = 4000
+_PATH_VARIABLE = "SPECTRAL_SCENE_SYS_PATH"
+_BOOTSTRAP = (
+    f"import json, os, sys; sys.path[:] = json.loads(os.environ['{_PATH_VARIABLE}']); "
+    "from spectral_core.render.process.worker import main; main()"
+)
+
+
+class RenderProcess:
+    """A renderer that outlives its crashes.
+
+    The process starts with the first render, is used again by the next, and is started anew after it died. Use one
+    object from any thread; renders wait for each other. ``close`` or leaving a ``with`` block ends the process.
+    """
+
+    def __init__(self, python: str | None = None) -> None:
+        self._python = python
+        self._lock = threading.Lock()
+        self._worker: _Worker | None = None
+        atexit.register(self.close)
+
+    def render(
+        self,
+        scene: Scene,
+        *,
+        on_progress: Callable[[Progress], None] | None = None,
+        should_stop: Callable[[], bool] | None = None,
+        bands: Bands | None = None,
+        groups: bool = False,
+        sampling_lights: Sequence[Spectrum] | None = None,
+    ) -> RenderResult:
+        """Like ``render_scene``, elsewhere.
+
+        A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError where the
+        process died or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
+        """
+        plan = plan_effects(scene)  # a wrong override is an error before a process starts
+        options = {"bands": bands, "groups": groups, "sampling_lights": sampling_lights}
+        with self._lock:
+            worker = self._running()
+            try:
+                worker.post(("render", (scene, options)))
+                return self._follow(worker, (scene, plan), on_progress, should_stop)
+            except BaseException:
+                # whatever went wrong here, an answer may still be on its way: the next render gets a new process
+                if not worker.idle:
+                    self._end()
+                raise
+
+    def _running(self) -> _Worker:
+        if self._worker is None or not self._worker.alive:
+            self._end()
+            self._worker = _Worker(self._python or find_python())
+        return self._worker
+
+    def _follow(
+        self,
+        worker: _Worker,
+        what: tuple[Scene, EffectPlan],
+        on_progress: Callable[[Progress], None] | None,
+        should_stop: Callable[[], bool] | None,
+    ) -> RenderResult:
+        latest = Progress(np.zeros((*what[0].film.size[::-1], 4), np.float32), 0, what[0].film.samples, 0.0)
+        deadline: float | None = None
+        while True:
+            message = worker.next_message(_POLL_S)
+            if message is not None:
+                kind, content = message
+                if kind == "done":
+                    worker.idle = True
+                    return content
+                if kind == "error":
+                    worker.idle = True
+                    raise _as_error(*content)
+                if kind == "progress":
+                    latest = content
+                    if on_progress is not None:
+                        on_progress(content)
+            if deadline is None and should_stop is not None and should_stop():
+                deadline = time.monotonic() + CANCEL_GRACE_S
+                worker.post(("stop", None))
+            if deadline is not None and time.monotonic() > deadline:
+                self._end()
+                return _cancelled(*what, latest)
+
+    @property
+    def process_id(self) -> int | None:
+        """Process id of the worker, None while there is none."""
+        return self._worker.process.pid if self._worker is not None and self._worker.alive else None
+
+    def close(self) -> None:
+        """End the process; the next render starts another."""
+        self._end()
+        atexit.unregister(self.close)
+
+    def _end(self) -> None:
+        if self._worker is not None:
+            self._worker.end()
+            self._worker = None
+
+    def __enter__(self) -> RenderProcess:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Worker:
+    """One process, its log and the messages it has sent."""
+
+    def __init__(self, python: str) -> None:
+        self.idle = True
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        environment = {**os.environ, _PATH_VARIABLE: json.dumps([os.path.abspath(entry) for entry in sys.path])}  # noqa: PTH100
+        hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        try:
+            self.process = subprocess.Popen(
+                [python, "-c", _BOOTSTRAP],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._log,
+                env=environment,
+                creationflags=hidden,
+            )
+        except OSError as error:
+            raise RenderError(f"the render process cannot be started with {python!r}: {error}") from error
+        self._messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        threading.Thread(target=self._read, daemon=True).start()
+        if self.next_message(START_LIMIT_S) is None:
+            self.end()
+            raise RenderError(f"the render process did not answer within {START_LIMIT_S:g} s{self.log_tail()}")
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process still runs."""
+        return self.process.poll() is None
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        try:
+            while True:
+                self._messages.put(receive(self.process.stdout))  # type: ignore[arg-type]
+        except (EOFError, OSError, ValueError):
+            self._messages.put(None)
+
+    def post(self, message: Any) -> None:
+        """Send a message; a dead process raises RenderError."""
+        assert self.process.stdin is not None
+        self.idle = False
+        try:
+            send(self.process.stdin, message)  # type: ignore[arg-type]
+        except OSError:
+            raise self._death() from None
+
+    def next_message(self, wait_s: float) -> Any:
+        """The next message, None after ``wait_s``; a dead process raises RenderError."""
+        try:
+            message = self._messages.get(timeout=wait_s)
+        except queue.Empty:
+            return None
+        if message is None:
+            raise self._death()
+        return message
+
+    def _death(self) -> RenderError:
+        try:
+            code = self.process.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = self.process.wait()
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        hint = "; it may have run out of memory" if code == -9 else ""
+        return RenderError(
+            f"the render process {how}{hint}. Nothing else is lost; rendering again starts a new one.{self.log_tail()}"
+        )
+
+    def log_tail(self) -> str:
+        """The end of what the process said, for an error message; "" where it said nothing."""
+        self._log.seek(0, os.SEEK_END)
+        self._log.seek(max(0, self._log.tell() - _LOG_TAIL_BYTES))
+        text = self._log.read().decode("utf-8", "replace").strip()
+        return f"\nIts last words:\n{text}" if text else ""
+
+    def end(self) -> None:
+        """End the process and collect it."""
+        if self.alive:
+            self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):  # what was left to flush has no reader
+                    stream.close()
+        self._log.close()
+
+
+def _cancelled(scene: Scene, plan: EffectPlan, latest: Progress) -> RenderResult:
+    """What a render had shown when its process was ended."""
+    variant = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant).variant
+    return RenderResult(latest.pixels, plan, scene.notes, latest.samples, latest.seconds, "cancelled", variant)
+
+
+def _as_error(name: str, text: str) -> errors.SpectralError:
+    kind = getattr(errors, name, RenderError)
+    return kind(text)
+
+
+@cache
+def find_python() -> str:
+    """An interpreter of this very version: inside Blender ``sys.executable`` may be Blender itself.
+
+    ``SPECTRAL_SCENE_PYTHON`` wins. Raises RenderError that names what was tried.
+    """
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    places = [os.environ.get("SPECTRAL_SCENE_PYTHON"), sys.executable, getattr(sys, "_base_executable", None)]
+    for prefix in dict.fromkeys((sys.prefix, sys.exec_prefix, sys.base_prefix)):
+        places += [f"{prefix}/bin/python{version}", f"{prefix}/bin/python3", f"{prefix}/bin/python.exe"]
+        places += [f"{prefix}/python.exe"]
+    tried = [place for place in dict.fromkeys(places) if place and Path(place).is_file()]
+    for place in tried:
+        if "python" in Path(place).name.lower() and _version_of(place) == version:
+            return place
+    raise RenderError(
+        f"no Python {version} was found to run the render process with (tried {', '.join(tried) or 'nothing'}); "
+        "name one in the environment variable SPECTRAL_SCENE_PYTHON"
+    )
+
+
+def _version_of(python: str) -> str | None:
+    code = "import sys; print(f'{sys.version_info.major}.{sys.version_info.minor}')"
+    try:
+        answer = subprocess.run([python, "-c", code], capture_output=True, text=True, timeout=20, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return answer.stdout.strip() or None

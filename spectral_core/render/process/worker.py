@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render process: reads scenes from its standard input, writes pictures to its standard output.
+
+It lives as long as the session that started it: when its input closes, for whatever reason, it ends at once.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import gc
+import os
+import queue
+import signal
+import sys
+import threading
+from typing import Any, BinaryIO
+
+from spectral_core.errors import RenderError, SpectralError
+from spectral_core.render.process.messages import receive, send
+
+
+def main() -> None:
+    """Serve render requests until the input closes."""
+    faulthandler.enable()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the session's to answer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a library prints goes to the log, not between the messages
+    requests: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    stop = threading.Event()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, requests, stop), daemon=True).start()
+    send(answers, ("ready", os.getpid()))
+    while True:
+        scene, options = requests.get()
+        stop.clear()
+        _answer(answers, scene, options, stop)
+        del scene, options
+        gc.collect()
+
+
+def _listen(stream: BinaryIO, requests: queue.SimpleQueue[Any], stop: threading.Event) -> None:
+    """Pass requests on and hear "stop" while a render is on its way."""
+    while True:
+        try:
+            kind, content = receive(stream)
+        except (EOFError, OSError):
+            os._exit(0)  # the session is gone; a render in flight serves nobody
+        if kind == "stop":
+            stop.set()
+        else:
+            requests.put(content)
+
+
+def _answer(answers: BinaryIO, scene: Any, options: dict[str, Any], stop: threading.Event) -> None:
+    from spectral_core.render.still import render_scene
+
+    try:
+        result = render_scene(
+            scene,
+            on_progress=lambda progress: send(answers, ("progress", progress)),
+            should_stop=stop.is_set,
+            **options,
+        )
+        send(answers, ("done", result))
+    except SpectralError as error:
+        send(answers, ("error", (type(error).__name__, str(error))))
+    except (BrokenPipeError, EOFError):
+        os._exit(0)
+    except MemoryError:
+        send(answers, ("error", (RenderError.__name__, "the render process ran out of memory")))
+    except Exception as error:
+        import traceback
+
+        traceback.print_exc()
+        send(answers, ("error", (RenderError.__name__, f"the renderer failed: {type(error).__name__}: {error}")))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render a scene in this process: plan, load, trace in growing passes, report after each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.job import Measure, RenderJob
+from spectral_core.render.plan.effects import EffectPlan, plan_effects
+from spectral_core.render.trace.wavelengths import Bands
+from spectral_core.scene import Note, Scene
+from spectral_core.spectra.spectrum import Spectrum
+
+Pixels = NDArray[np.float32]
+
+LONGEST_PASS_S = 10.0
+"""Passes that would take longer are split, so that the picture moves. Pixels do not depend on how."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Progress:
+    """A picture on its way: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds."""
+
+    pixels: Pixels
+    samples: int
+    total: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RenderResult:
+    """A picture.
+
+    ``pixels``: (height, width, 4) float32, linear sRGB and coverage, row 0 at the bottom, color already multiplied
+    by coverage. ``samples`` per pixel and ``seconds`` it took. ``status``: "done" or "cancelled" (then the picture
+    holds what was traced until then). ``notes``: what is rendered as something near to it. ``bands``: the spectral
+    channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
+    ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
+    """
+
+    pixels: Pixels
+    plan: EffectPlan
+    notes: tuple[Note, ...]
+    samples: int
+    seconds: float
+    status: Literal["done", "cancelled"]
+    variant: str
+    bands: Bands | None = None
+    band_pixels: Pixels | None = None
+    group_pixels: dict[str, Pixels] = field(default_factory=dict)
+    group_band_pixels: dict[str, Pixels] = field(default_factory=dict)
+
+
+def render_scene(
+    scene: Scene,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    bands: Bands | None = None,
+    groups: bool = False,
+    sampling_lights: Sequence[Spectrum] | None = None,
+) -> RenderResult:
+    """Render ``scene`` here and now, with a picture after 1, 4, 16, 64, … samples.
+
+    ``on_progress`` sees the picture after each pass; ``should_stop`` is asked between kernel launches; the others
+    are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where
+    Mitsuba fails.
+    """
+    start = time.perf_counter()
+    if bands is not None:
+        scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
+    plan = plan_effects(scene)
+    job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
+    status: Literal["done", "cancelled"] = "done"
+    affordable = scene.film.samples
+    left = pass_sizes(scene.film.samples)
+    while left:
+        samples = min(left[0], affordable)
+        left[:1] = [left[0] - samples] if left[0] > samples else []
+        pass_start = time.perf_counter()
+        if not job.trace(samples, should_stop):
+            status = "cancelled"
+            break
+        now = time.perf_counter()
+        affordable = max(1, int(LONGEST_PASS_S * samples / (now - pass_start)))
+        if on_progress is not None:
+            on_progress(Progress(job.picture(), job.samples, scene.film.samples, now - start))
+    return RenderResult(
+        pixels=job.picture(),
+        plan=plan,
+        notes=scene.notes + job.notes,
+        samples=job.samples,
+        seconds=time.perf_counter() - start,
+        status=status,
+        variant=job.variant,
+        bands=bands,
+        band_pixels=job.band_picture() if bands is not None else None,
+        group_pixels=job.group_pictures() if groups else {},
+        group_band_pixels=job.group_band_pictures() if groups and bands is not None else {},
+    )
+
+
+def pass_sizes(samples: int, largest: int = 128) -> list[int]:
+    """1, 3, 12, 48, … samples up to ``largest`` per pass, ``samples`` in total: a picture early, few passes in all.
+
+    Each pass pays once for recording its kernel, a second or two with many materials; a last pass of less than half
+    the one before joins it.
+    """
+    sizes, done = [1], 1
+    while done < samples:
+        size = min(3 * done, largest, samples - done)
+        if samples - done - size < size / 2:
+            size = samples - done
+        sizes.append(size)
+        done += size
+    return sizes

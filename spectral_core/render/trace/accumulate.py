@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The picture's sums, on the just-in-time variants: one lane per pixel, a loop over its samples inside the kernel.
+
+Every random number is a scrambled Sobol point of its pixel, sample and place in the path, and the sums outlive a pass:
+pixels do not depend on how the samples were split into passes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.trace.camera_rays import camera_frame, rays
+from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
+from spectral_core.render.trace.wavelengths import FIRST_NM, WavelengthPlan
+from spectral_core.scene import Camera, Film
+from spectral_core.spectra.color import RGB_FROM_XYZ
+
+TILE_PIXELS = 1 << 21
+"""Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
+picture is one launch, and a process that does not hear a cancel meanwhile is ended by its session."""
+
+
+@dataclass
+class _Tile:
+    """Pixels that are rendered together and their running sums."""
+
+    first: int
+    count: int
+    sums: Any
+    covered: Any
+    bands: Any
+    lost: Any
+    """Samples per pixel whose radiance was NaN or Inf: they count as black."""
+
+
+class Accumulator:
+    """Running sums of a picture. One per frame and light group; ``add`` traces, ``mean`` reads."""
+
+    def __init__(self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None) -> None:
+        import drjit
+
+        self._mi, self._dr = mitsuba, drjit
+        self.film, self.frame = film, camera_frame(camera, film)
+        self.samples = 0
+        self._offsets = mitsuba.Float(filter_offsets(film))
+        self._plan = wavelengths
+        if wavelengths is not None:
+            self._spectral_tables(wavelengths)
+        width, height = film.size
+        pixels = width * height
+        self._tiles = [
+            self._new_tile(first, min(TILE_PIXELS, pixels - first)) for first in range(0, pixels, TILE_PIXELS)
+        ]
+
+    @property
+    def band_count(self) -> int:
+        """Number of spectral channels beside the picture."""
+        return 0 if self._plan is None else len(self._plan.responses) - 3
+
+    def _spectral_tables(self, plan: WavelengthPlan) -> None:
+        mi = self._mi
+        self._draw = mi.DiscreteDistribution(mi.Float(plan.density.astype(np.float32)))
+        density = np.maximum(plan.density, 1e-30)
+        # response / density at both ends of a cell: within it the response is linear and the density constant
+        self._starts = [mi.Float((row[:-1] / density).astype(np.float32)) for row in plan.responses[:3]]
+        self._ends = [mi.Float((row[1:] / density).astype(np.float32)) for row in plan.responses[:3]]
+        if self.band_count:
+            rows = plan.responses[3:]
+            linear = np.stack([rows[:, :-1], (rows[:, :-1] + rows[:, 1:]) / 2, rows[:, 1:]])
+            self._band_tables(linear if plan.pieces is None else plan.pieces, density)
+
+    def _band_tables(self, pieces: NDArray[np.float64], density: NDArray[np.float64]) -> None:
+        """Per cell the few bands that respond there, their weights at both ends, and how far they bulge in between."""
+        mi = self._mi
+        touched = np.any(pieces != 0, axis=0)
+        self._band_slots = max(1, int(touched.sum(axis=0).max()))
+        cells = touched.shape[1]
+        index = np.zeros((self._band_slots, cells), np.uint32)
+        start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
+        bulges = 4 * (pieces[1] - (pieces[0] + pieces[2]) / 2)
+        for cell in range(cells):
+            for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
+                index[slot, cell] = band
+                start[slot, cell] = pieces[0, band, cell] / density[cell]
+                end[slot, cell] = pieces[2, band, cell] / density[cell]
+                bulge[slot, cell] = bulges[band, cell] / density[cell]
+        self._band_index = [mi.UInt32(row) for row in index]
+        self._band_start = [mi.Float(row) for row in start]
+        self._band_end = [mi.Float(row) for row in end]
+        self._band_bulge = [mi.Float(row) for row in bulge] if np.any(bulge) else None
+
+    def _new_tile(self, first: int, count: int) -> _Tile:
+        mi, dr = self._mi, self._dr
+        # opaque: zeros that the compiler knows would make the first pass a kernel of its own
+        bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
+        sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
+        return _Tile(first, count, sums, dr.opaque(mi.Float, 0.0, count), bands, dr.opaque(mi.UInt32, 0, count))
+
+    @property
+    def lost(self) -> int:
+        """Samples so far whose radiance was not a finite number."""
+        return sum(int(np.array(tile.lost).sum(dtype=np.int64)) for tile in self._tiles)
+
+    def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
+        """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
+        for done, tile in enumerate(self._tiles, 1):
+            self._trace(first_hit, integrator, tile, samples)
+            yield done / len(self._tiles)
+        self.samples += samples
+
+    def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
+        mi, dr = self._mi, self._dr
+        pixel = dr.arange(mi.UInt32, tile.count) + dr.opaque(mi.UInt32, tile.first)
+        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
+        width = dr.opaque(mi.UInt32, self.film.size[0])
+        corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
+        seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
+        first = dr.opaque(mi.UInt32, self.samples)
+        total = dr.opaque(mi.UInt32, self.samples + samples)
+        bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
+
+        def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
+            sampler.begin(index)
+            ray, cells, within = self._ray(corner, sampler)
+            radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
+            color = self._measure(radiance, cells, within)
+            if bands is not None:
+                self._scatter_bands(bands, lane, radiance, (cells, within))
+            return index + 1, sums + color, covered + coverage, lost + dr.select(finite, mi.UInt32(0), mi.UInt32(1))
+
+        _, tile.sums, tile.covered, tile.lost = dr.while_loop(
+            (first, tile.sums, tile.covered, tile.lost),
+            lambda index, *_: index < total,
+            body,
+            labels=("index", "sums", "covered", "lost"),
+        )
+        dr.eval(tile.sums, tile.covered, tile.lost, bands)
+        dr.sync_thread()
+
+    def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
+        """Radiance along a camera ray, how much of the pixel it covers, and whether it was a finite number."""
+        mi, dr = self._mi, self._dr
+        ray = first_hit.past_hidden(ray)
+        passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
+        if first_hit.transparent:
+            passed, behind = first_hit.straight_through(ray)
+        # volumes stand before whatever the walk has met; their first extra channel is what they let through
+        has_volumes = bool(integrator.aov_names())
+        seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
+        passed = passed * extra[0] if has_volumes else passed
+        finite = dr.all(dr.isfinite(radiance)) | ~seen
+        radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
+        # what is not covered shows the environment: taken out in expectation
+        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed), finite
+
+    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
+        """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
+        mi, dr = self._mi, self._dr
+        place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
+        offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
+        picture = (corner + 0.5 + offset) / mi.Vector2f(self._number(self.film.width), self._number(self.film.height))
+        lens = mi.warp.square_to_uniform_disk_concentric(aperture)
+        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f, self._number)
+        ray = dr.zeros(mi.RayDifferential3f)
+        ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
+        ray.has_differentials = False
+        if self._plan is None:
+            return ray, None, None
+        # a comb of four that slides through a quarter of the interval; under dispersion one tooth stands for all
+        comb = [0.25 * (spectral + k) for k in range(4)] if self._plan.teeth == 4 else [spectral] * 4
+        cells, within = [], []
+        for k in range(4):
+            cell, rest = self._draw.sample_reuse(comb[k])
+            cells.append(cell)
+            within.append(rest)
+        ray.wavelengths = mi.Spectrum(*(mi.Float(c) + w + float(FIRST_NM) for c, w in zip(cells, within, strict=True)))
+        return ray, cells, within
+
+    def _number(self, value: float) -> Any:
+        """A number that the kernel reads instead of knowing: another frame's then needs no new kernel."""
+        return self._dr.opaque(self._mi.Float, float(value))
+
+    def _offset(self, draw: Any) -> Any:
+        mi, dr = self._mi, self._dr
+        scaled = draw * OFFSET_TABLE_SIZE
+        index = dr.minimum(mi.UInt32(scaled), OFFSET_TABLE_SIZE - 1)
+        low, high = dr.gather(mi.Float, self._offsets, index), dr.gather(mi.Float, self._offsets, index + 1)
+        return dr.lerp(low, high, scaled - mi.Float(index))
+
+    def _measure(self, radiance: Any, cells: Any, within: Any) -> Any:
+        """Linear sRGB of one sample in RGB transport, XYZ in spectral transport."""
+        mi, dr = self._mi, self._dr
+        if self._plan is None:
+            return mi.Color3f(radiance)
+        channels = []
+        for starts, ends in zip(self._starts, self._ends, strict=True):
+            total = mi.Float(0.0)
+            for k in range(4):
+                low, high = dr.gather(mi.Float, starts, cells[k]), dr.gather(mi.Float, ends, cells[k])
+                total += radiance[k] * dr.lerp(low, high, within[k])
+            channels.append(total * 0.25)
+        return mi.Color3f(*channels)
+
+    def _scatter_bands(self, bands: Any, lane: Any, radiance: Any, drawn: tuple[Any, Any]) -> None:
+        """Add a sample to its pixel's band channels; each lane owns its pixel, so nothing collides."""
+        mi, dr = self._mi, self._dr
+        for k, (cell, within) in enumerate(zip(*drawn, strict=True)):
+            for slot in range(self._band_slots):
+                weight = dr.lerp(
+                    dr.gather(mi.Float, self._band_start[slot], cell),
+                    dr.gather(mi.Float, self._band_end[slot], cell),
+                    within,
+                )
+                if self._band_bulge is not None:
+                    weight += dr.gather(mi.Float, self._band_bulge[slot], cell) * within * (1.0 - within)
+                target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
+                dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
+
+    def picture(self) -> NDArray[np.float32]:
+        """Mean so far: (height, width, 4) linear sRGB and coverage, row 0 at the bottom; zeros before any sample."""
+        width, height = self.film.size
+        pixels = np.empty((width * height, 4), np.float32)
+        for tile in self._tiles:
+            part = slice(tile.first, tile.first + tile.count)
+            color = np.array(tile.sums, dtype=np.float64).T / max(1, self.samples)
+            pixels[part, :3] = color if self._plan is None else color @ RGB_FROM_XYZ.T
+            pixels[part, 3] = np.array(tile.covered) / max(1, self.samples)
+        pixels[:, :3] *= self.film.exposure
+        return pixels.reshape(height, width, 4)
+
+    def band_picture(self) -> NDArray[np.float32]:
+        """Mean so far of the spectral channels: (height, width, n_bands), row 0 at the bottom, without exposure."""
+        width, height = self.film.size
+        parts = [np.array(tile.bands).reshape(tile.count, -1) for tile in self._tiles]
+        means: NDArray[np.float32] = np.concatenate(parts).reshape(height, width, -1) / np.float32(max(1, self.samples))
+        return means

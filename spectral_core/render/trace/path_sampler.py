@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The random numbers of a path as a Mitsuba sampler: stratified over the samples of a pixel, and stateless.
+
+A number depends on the pixel, the index of the sample and how many numbers the path drew before, so passes and tiles
+need no streams that outlive them.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from spectral_core.render.trace import sobol
+
+
+@cache
+def path_sampler_class(variant: str) -> Any:
+    """The sampler's class under ``variant``, which must be the active one."""
+    import mitsuba as mi
+
+    class PathSampler(mi.Sampler):
+        """``pixel``: a hash per pixel; ``index``: the sample; ``dimension``: pairs drawn so far in it."""
+
+        def __init__(self, pixel: Any) -> None:
+            super().__init__(mi.Properties())
+            self.pixel = mi.UInt32(pixel)
+            self.index, self.dimension = mi.UInt32(0), mi.UInt32(0)
+
+        def begin(self, index: Any) -> None:
+            """Start a sample."""
+            self.index, self.dimension = mi.UInt32(index), mi.UInt32(0)
+
+        def next_pair(self) -> tuple[Any, Any]:
+            seed = self.pixel ^ (self.dimension * 0x9E3779B9)
+            self.dimension = self.dimension + 1
+            return sobol.pair(self.index, sobol.hashed(seed))
+
+        def next_1d(self, active: Any = True) -> Any:
+            return mi.Float(self.next_pair()[0] >> 8) * 2.0**-24
+
+        def next_2d(self, active: Any = True) -> Any:
+            first, second = self.next_pair()
+            return mi.Point2f(mi.Float(first >> 8) * 2.0**-24, mi.Float(second >> 8) * 2.0**-24)
+
+        def fork(self) -> Any:
+            return PathSampler(self.pixel)
+
+        def clone(self) -> Any:
+            copy = PathSampler(self.pixel)
+            copy.index, copy.dimension = mi.UInt32(self.index), mi.UInt32(self.dimension)
+            return copy
+
+        def to_string(self) -> str:
+            return "PathSampler[]"
+
+    return PathSampler

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every spectrum format shares: text with line numbers in, one checked spectrum per column out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
+
+SpectrumKind = Literal["illuminant", "reflectance", "spectrum"]
+KINDS: dict[str, type[Spectrum]] = {"illuminant": Illuminant, "reflectance": Reflectance, "spectrum": Spectrum}
+
+NM_PER_UNIT = {"nm": 1.0, "um": 1e3, "angstrom": 0.1, "m": 1e9}
+FRACTION_PER_UNIT = {"fraction": 1.0, "percent": 0.01}
+UNIT_SPELLINGS = {
+    "nanometers": "nm", "nanometres": "nm", "nanometer": "nm", "nanometre": "nm",
+    "µm": "um", "μm": "um", "micron": "um", "microns": "um", "micrometers": "um", "micrometres": "um",
+    "å": "angstrom", "angstroms": "angstrom",
+    "%": "percent",
+}  # fmt: skip
+
+PLAUSIBLE_NM = (10.0, 1e6)
+"""Wavelengths outside of this range are a wrong unit: from extreme ultraviolet to a millimetre."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """What the caller says about a file; None is what the file says."""
+
+    kind: SpectrumKind | None = None
+    wavelength_unit: str | None = None
+    value_unit: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind is not None and self.kind not in KINDS:
+            raise UnknownNameError.among("kind of spectrum", self.kind, get_args(SpectrumKind))
+        for name, known in (("wavelength_unit", NM_PER_UNIT), ("value_unit", FRACTION_PER_UNIT)):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, known_unit(given, known))
+
+
+@dataclass(slots=True)
+class Column:
+    """One spectrum as read: numbers with the line that each stands on, and what the file states about them."""
+
+    name: str
+    lines: list[int] = field(default_factory=list)
+    wavelengths: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+    kind: SpectrumKind | None = None
+    source: str = ""
+    wavelength_unit: str | None = None
+    value_unit: str | None = None
+    interpolation: Interpolation = "linear"
+
+    def add(self, line: int, wavelength: float, value: float) -> None:
+        """Append one sample."""
+        self.lines.append(line)
+        self.wavelengths.append(wavelength)
+        self.values.append(value)
+
+
+def kind_of(spectrum: Spectrum) -> SpectrumKind:
+    """``"illuminant"``, ``"reflectance"``, or ``"spectrum"`` for anything else."""
+    if isinstance(spectrum, Illuminant):
+        return "illuminant"
+    return "reflectance" if isinstance(spectrum, Reflectance) else "spectrum"
+
+
+def known_unit(given: str, known: dict[str, float]) -> str:
+    """The unit's own name from any of its spellings. Raises UnknownNameError."""
+    name = given.strip().lower()
+    name = UNIT_SPELLINGS.get(name, name)
+    if name not in known:
+        raise UnknownNameError.among("unit", given, known)
+    return name
+
+
+def read_text(path: Path) -> str:
+    """The file as text (UTF-8, or UTF-16 with its mark). Raises FileFormatError."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileFormatError(f"{path}: {error.strerror or error}; expected a file that can be read") from error
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise FileFormatError(f"{path}, line {line}: not {encoding} text; save the file as UTF-8") from error
+    if "\0" in text:
+        raise FileFormatError(f"{path}, line {text[: text.index(chr(0))].count(chr(10)) + 1}: a binary file, not text")
+    if not text.strip():
+        raise FileFormatError(f"{path}, line 1: the file is empty; expected wavelengths and values")
+    return text
+
+
+def is_number(text: str) -> bool:
+    """Whether ``text`` reads as a number, NaN and Inf included."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def number(path: Path, line: int, text: str, what: str) -> float:
+    """``text`` as a finite float. Raises FileFormatError."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise FileFormatError(f"{path}, line {line}: {text!r} is not a number; expected {what}") from None
+    if not math.isfinite(value):
+        raise FileFormatError(f"{path}, line {line}: {text!r} is not finite; expected {what}, or leave the sample out")
+    return value
+
+
+def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
+    """The checked spectrum of one column, in nm and fractions. Raises FileFormatError naming the line."""
+    kind = options.kind or column.kind or "spectrum"
+    wavelength_unit = options.wavelength_unit or column.wavelength_unit or "nm"
+    value_unit = options.value_unit or column.value_unit or "fraction"
+    if len(column.wavelengths) < 2:
+        line = column.lines[-1] if column.lines else 1
+        raise FileFormatError(
+            f"{path}, line {line}: spectrum {column.name!r} has {len(column.wavelengths)} samples, expected at least 2"
+        )
+    wavelengths = np.array(column.wavelengths) * NM_PER_UNIT[wavelength_unit]
+    values = np.array(column.values) * FRACTION_PER_UNIT[value_unit]
+    lines = list(column.lines)
+    if wavelengths[0] > wavelengths[-1]:  # some spectrometers write from red to blue; nothing is lost by turning it
+        wavelengths, values, lines = wavelengths[::-1], values[::-1], lines[::-1]
+    _require_wavelengths(path, lines, wavelengths, wavelength_unit)
+    _require_values(path, column.name, lines, values, kind)
+    try:
+        grid = SpectralGrid(wavelengths, column.interpolation)
+        return KINDS[kind](column.name, grid, values, source=column.source or path.name)
+    except InvalidInputError as error:
+        raise FileFormatError(f"{path}, lines {min(lines)} to {max(lines)}: {error}") from error
+
+
+def _require_wavelengths(path: Path, lines: list[int], wavelengths: NDArray[np.float64], unit: str) -> None:
+    """Wavelengths ascend and lie where the unit makes sense."""
+    steps = np.diff(wavelengths)
+    if np.any(steps <= 0):
+        at = int(np.argmax(steps <= 0)) + 1
+        what = "repeats" if steps[at - 1] == 0 else "breaks the order of"
+        raise FileFormatError(
+            f"{path}, line {lines[at]}: wavelength {wavelengths[at]:g} nm {what} {wavelengths[at - 1]:g} nm on line "
+            f"{lines[at - 1]}; expected every wavelength once, in order"
+        )
+    low, high = PLAUSIBLE_NM
+    if wavelengths[0] < low or wavelengths[-1] > high:
+        at = 0 if wavelengths[0] < low else -1
+        fitting = [
+            name for name, factor in NM_PER_UNIT.items() if 200 <= wavelengths[at] / NM_PER_UNIT[unit] * factor <= 3000
+        ]
+        hint = f"; wavelength_unit={fitting[0]!r} would fit" if fitting else ""
+        raise FileFormatError(
+            f"{path}, line {lines[at]}: wavelength {wavelengths[at]:g} nm (read in {unit}) is no wavelength of light, "
+            f"expected {low:g} to {high:g} nm{hint}"
+        )
+
+
+def _require_values(path: Path, name: str, lines: list[int], values: NDArray[np.float64], kind: SpectrumKind) -> None:
+    """Values are possible for the kind: a light is not negative, a surface reflects between 0 and 1."""
+    if kind == "spectrum":
+        return
+    at = int(values.argmin())
+    slack = Reflectance.TOLERANCE if kind == "reflectance" else 0.0
+    if values[at] < -slack:
+        raise FileFormatError(
+            f"{path}, line {lines[at]}: {kind} {name!r} is {values[at]:g}, expected at least 0; correct the sample, or "
+            "read it with kind='spectrum' to see it as it is"
+        )
+    at = int(values.argmax())
+    if kind == "reflectance" and values[at] > 1 + slack:
+        hint = "; value_unit='percent' would fit" if 1.5 < values[at] <= 100 else ""
+        raise FileFormatError(
+            f"{path}, line {lines[at]}: reflectance {name!r} is {values[at]:g}, expected 0 to 1{hint}; a fluorescent "
+            "or glossy sample can be read with kind='spectrum'"
+        )

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of spectra: wavelengths in the first column (or row), one spectrum per further column (or row).
+
+Separators are comma, semicolon, tab or blanks, found from the first rows; with semicolons or tabs a decimal comma is
+understood. An empty cell means "not measured here": each spectrum keeps the wavelengths that it has.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from spectral_core.errors import FileFormatError
+from spectral_core.spectra.files.columns import (
+    FRACTION_PER_UNIT,
+    NM_PER_UNIT,
+    Column,
+    ReadOptions,
+    built,
+    is_number,
+    known_unit,
+    number,
+    read_text,
+)
+from spectral_core.spectra.files.statements import Statements, statements_of
+from spectral_core.spectra.spectrum import Spectrum
+
+Row = tuple[int, list[str]]
+"""Line number in the file, and its cells without blanks around them."""
+
+
+def read(path: Path, options: ReadOptions) -> list[Spectrum]:
+    """All spectra of a table. Raises FileFormatError."""
+    statements = Statements(path)
+    rows = _rows(path, statements)
+    header, body = (rows[0], rows[1:]) if not is_number(rows[0][1][0]) else ((0, []), rows)
+    if _runs_across(header, body):
+        columns = _columns_from_rows(path, header, body)
+    else:
+        columns = _columns_from_columns(path, header, body)
+    statements.apply(columns)
+    return [built(path, column, options) for column in columns]
+
+
+def write(path: Path, spectra: Sequence[Spectrum]) -> None:
+    """Write spectra on any grids into one table; numbers are the shortest that read back exactly."""
+    wavelengths = np.unique(np.concatenate([spectrum.grid.wavelengths_nm for spectrum in spectra]))
+    cells = []
+    for spectrum in spectra:
+        known = dict(zip(spectrum.grid.wavelengths_nm.tolist(), spectrum.values.tolist(), strict=True))
+        cells.append([repr(known[wavelength]) if wavelength in known else "" for wavelength in wavelengths.tolist()])
+    buffer = StringIO()
+    # A name that ends like a unit would be read as one; then names and unit are stated in words as well.
+    names_mislead = any(_stated_unit(spectrum.name, FRACTION_PER_UNIT) for spectrum in spectra)
+    buffer.writelines(line + "\n" for line in statements_of(spectra, names=names_mislead))
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(["wavelength_nm", *(" ".join(spectrum.name.split()) for spectrum in spectra)])
+    writer.writerows(
+        [repr(wavelength), *values] for wavelength, *values in zip(wavelengths.tolist(), *cells, strict=True)
+    )
+    path.write_text(buffer.getvalue(), encoding="utf-8")
+
+
+def _rows(path: Path, statements: Statements) -> list[Row]:
+    """Rows that hold anything, split into cells; comments go to ``statements``."""
+    numbered = list(enumerate(read_text(path).splitlines(), 1))
+    for line_number, line in numbered:
+        if line.lstrip().startswith("#"):
+            statements.take(line_number, line)
+    kept = [(n, line) for n, line in numbered if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    if not kept:
+        raise FileFormatError(f"{path}, line 1: no samples; expected a table of wavelengths and values")
+    delimiter = _delimiter([line for _, line in kept])
+    rows = [(line_number, _cells(line, delimiter)) for line_number, line in kept]
+    if delimiter in (";", "\t") and not any("." in cell for _, cells in rows[1:] for cell in cells):
+        rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
+        rows[0] = (rows[0][0], [_with_point(cell) for cell in rows[0][1]])
+    return rows
+
+
+def _with_point(cell: str) -> str:
+    """``0,5`` as ``0.5``; other text as it is."""
+    return cell.replace(",", ".") if re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", cell) else cell
+
+
+def _delimiter(lines: Sequence[str]) -> str:
+    """The separator of most rows; a comma beside semicolons or tabs is a decimal comma."""
+    for candidate in (";", "\t", ","):
+        if 2 * sum(candidate in line for line in lines) >= len(lines):
+            return candidate
+    return " "
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    if delimiter == " ":
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+
+
+def _runs_across(header: Row, body: list[Row]) -> bool:
+    """Whether wavelengths stand in the first row: only where the first column cannot be wavelengths."""
+    across = header[1][1:]
+    if len(across) < 2 or not all(map(is_number, across)):
+        return False
+    down = [cells[0] for _, cells in body]
+    if len(down) > 1 and all(map(is_number, down)):
+        steps_down = np.diff([float(cell) for cell in down])
+        if np.all(steps_down > 0) or np.all(steps_down < 0):
+            # Both axes ascend: sample numbers 1, 2, 3 … stand on the other one, and wavelengths are the larger numbers.
+            return float(across[0]) > max(float(cell) for cell in down)
+    return True
+
+
+def _columns_from_columns(path: Path, header: Row, body: list[Row]) -> list[Column]:
+    """One column of the table is one spectrum."""
+    width = max((_used(cells) for _, cells in [header, *body]), default=0)
+    if not body or width < 2:
+        line = body[0][0] if body else header[0]
+        raise FileFormatError(
+            f"{path}, line {line}: found {width} column(s) and {len(body)} row(s) of numbers; expected wavelengths and "
+            "at least one column of values, separated by comma, semicolon, tab or blanks"
+        )
+    headings = header[1][:width]
+    for line, cells in body:
+        if headings and _used(cells) > len(headings):
+            raise FileFormatError(
+                f"{path}, line {line}: {_used(cells)} cells under {len(headings)} headings; expected a heading each"
+            )
+    unnamed = [path.stem] if width == 2 else [f"{path.stem} {number}" for number in range(1, width)]
+    names = headings[1:] + [""] * (width - len(headings)) if headings else unnamed
+    wavelength_unit = _stated_unit(header[1][0], NM_PER_UNIT) if header[1] else None
+    columns = [_named_column(name, path.stem, wavelength_unit) for name in names]
+    for line, cells in body:
+        if len(cells) < width and not headings:
+            raise FileFormatError(f"{path}, line {line}: {len(cells)} cells, expected {width}")
+        wavelength = number(path, line, cells[0], "a wavelength")
+        for column, cell in zip(columns, cells[1:], strict=False):
+            if cell:
+                column.add(line, wavelength, number(path, line, cell, f"a value of {column.name!r}"))
+    return columns
+
+
+def _used(cells: list[str]) -> int:
+    """Number of cells up to the last that holds anything: separators at the end of lines are no columns."""
+    return max((index for index, cell in enumerate(cells, 1) if cell), default=0)
+
+
+def _columns_from_rows(path: Path, header: Row, body: list[Row]) -> list[Column]:
+    """One row of the table is one spectrum; the first row holds the wavelengths."""
+    line_of_wavelengths, (corner, *across) = header
+    wavelengths = [number(path, line_of_wavelengths, cell, "a wavelength") for cell in across]
+    columns = []
+    for line, (name, *cells) in body:
+        if len(cells) > len(wavelengths):
+            raise FileFormatError(f"{path}, line {line}: {len(cells)} values for {len(wavelengths)} wavelengths")
+        column = _named_column(name, path.stem, _stated_unit(corner, NM_PER_UNIT))
+        for wavelength, cell in zip(wavelengths, cells, strict=False):
+            if cell:
+                column.add(line, wavelength, number(path, line, cell, f"a value of {name!r}"))
+        columns.append(column)
+    return columns
+
+
+def _named_column(heading: str, fallback: str, wavelength_unit: str | None) -> Column:
+    """Column of a heading; ``paint [%]`` is a paint in percent."""
+    column = Column(heading or fallback, wavelength_unit=wavelength_unit)
+    column.value_unit = _stated_unit(heading, FRACTION_PER_UNIT)
+    if column.value_unit:
+        column.name = re.sub(r"\s*[\[(][^\[\]()]*[\])]\s*$", "", heading) or fallback
+    return column
+
+
+def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
+    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``; None where none is."""
+    match = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$|[_ ]([A-Za-zµμÅå]+)\s*$|^(nm|um|µm|μm)$", heading)
+    unit = next((group for group in match.groups() if group), None) if match else None
+    if unit is None:
+        return None
+    try:
+        return known_unit(unit, known)
+    except ValueError:
+        return None

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A transfer function as people state it: over data values or fractions of their range, per world unit or voxel.
+
+``TransferDocument`` keeps that statement; ``for_volume`` makes of it what a renderer takes. As a plain document of
+strings, numbers, lists and tables it is what the files hold, and what a .blend stores.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import linear_from_display_rgb
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.volume.documents.schema import require_valid
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.transfer import Array, Material, TransferFunction
+
+FORMAT = "spectral-scene transfer function"
+VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class TransferDocument:
+    """A transfer function with the units that it is stated in.
+
+    ``values``: ``"data"``, or ``"fraction"`` of the range from a volume's least to its greatest value. ``length``:
+    extinction, emission and gradients are per ``"world"`` unit or per ``"voxel"``.
+    """
+
+    transfer: TransferFunction
+    values: Literal["data", "fraction"] = "data"
+    length: Literal["world", "voxel"] = "world"
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        for name, known in (("values", ("data", "fraction")), ("length", ("world", "voxel"))):
+            if getattr(self, name) not in known:
+                raise InvalidInputError(f"{name} is {getattr(self, name)!r}; expected {' or '.join(map(repr, known))}")
+
+    def for_volume(self, volume: ScalarVolume, value_range: tuple[float, float] | None = None) -> TransferFunction:
+        """The function over the volume's data values, per world unit.
+
+        ``value_range`` is what fractions are of, the volume's own by default: a sequence keeps one for all its frames.
+        A voxel's length is the cube root of its volume, for voxels that are no cubes.
+        """
+        low, high = volume.value_range if value_range is None else value_range
+        span = high - low if high > low else 1.0
+        scale, start = (span, low) if self.values == "fraction" else (1.0, 0.0)
+        per_world = 1 / voxel_length(volume) if self.length == "voxel" else 1.0
+        fitted = [_fitted(material, start, scale, per_world) for material in self.transfer.materials]
+        return replace(self.transfer, materials=tuple(fitted))
+
+
+def stated_in_fractions(
+    transfer: TransferFunction, volume: ScalarVolume, value_range: tuple[float, float] | None = None
+) -> TransferDocument:
+    """The inverse of ``for_volume``: fractions of the range, per voxel."""
+    low, high = volume.value_range if value_range is None else value_range
+    span, voxel = (high - low if high > low else 1.0), voxel_length(volume)
+    stated = [_fitted(material, -low / span, 1 / span, voxel) for material in transfer.materials]
+    return TransferDocument(replace(transfer, materials=tuple(stated)), "fraction", "voxel")
+
+
+def voxel_length(volume: ScalarVolume) -> float:
+    """Edge of the cube that has a voxel's volume, world units."""
+    return float(abs(np.linalg.det(volume.to_world[:3, :3])) ** (1 / 3))
+
+
+def _fitted(material: Material, start: float, scale: float, per_world: float) -> Material:
+    changes: dict[str, Any] = {"values": start + material.values * scale, "extinction": material.extinction * per_world}
+    if material.emission is not None:
+        changes["emission"] = material.emission * per_world
+    if material.gradient_values is not None:
+        changes["gradient_values"] = material.gradient_values * scale * per_world
+    return replace(material, **changes)
+
+
+def document_of(stated: TransferDocument) -> dict[str, Any]:
+    """As strings, numbers, lists and tables; what is at its default is left out."""
+    document: dict[str, Any] = {"format": FORMAT, "version": VERSION}
+    if stated.title:
+        document["title"] = stated.title
+    document |= {"values": stated.values, "length": stated.length}
+    if stated.transfer.wavelengths_nm is not None:
+        document["wavelengths"] = _encoded_grid(SpectralGrid(stated.transfer.wavelengths_nm))
+    spectral = stated.transfer.wavelengths_nm is not None
+    document["materials"] = [_encoded_material(material, spectral) for material in stated.transfer.materials]
+    return document
+
+
+def transfer_of(document: Any, folder: Path) -> TransferDocument:
+    """The statement that a document makes; spectrum files are sought in ``folder``.
+
+    Raises FileFormatError that names the place in the document.
+    """
+    require_valid(document)
+    grid = _decoded_grid(document["wavelengths"]) if "wavelengths" in document else None
+    materials = []
+    for index, table in enumerate(document["materials"]):
+        try:
+            materials.append(_decoded_material(table, grid, folder))
+        except InvalidInputError as error:
+            raise FileFormatError(f"materials[{index}] ({table['name']}): {error}") from error
+    transfer = TransferFunction(tuple(materials), None if grid is None else grid.wavelengths_nm)
+    title, values, length = (document.get(k, d) for k, d in (("title", ""), ("values", "data"), ("length", "world")))
+    return TransferDocument(transfer, values, length, title)
+
+
+def _encoded_material(material: Material, spectral: bool) -> dict[str, Any]:
+    table: dict[str, Any] = {"name": material.name, "values": material.values.tolist()}
+    if np.any(material.extinction):
+        table["extinction"] = material.extinction.tolist()
+    if material.emission is not None and np.any(material.emission):
+        table["emission"] = material.emission.tolist()
+    table["color"] = {"values": material.color.tolist()} if spectral else material.color.tolist()
+    if not material.lit:
+        table["lit"] = False
+    if material.gradient_values is not None and material.gradient_weights is not None:
+        table["gradient"] = {
+            "values": material.gradient_values.tolist(),
+            "weights": material.gradient_weights.tolist(),
+        }
+    return table
+
+
+def _decoded_material(table: dict[str, Any], grid: SpectralGrid | None, folder: Path) -> Material:
+    if "extinction" not in table and "emission" not in table:
+        raise InvalidInputError("it has neither extinction nor emission, so it shows nothing; give one of them")
+    gradient = table.get("gradient", {})
+    lit = table.get("lit", True)
+    return Material(
+        table["name"],
+        np.array(table["values"], float),
+        np.array(table.get("extinction", [0.0] * len(table["values"])), float),
+        _decoded_color(table["color"], lit, grid, folder),
+        np.array(table["emission"], float) if "emission" in table else None,
+        lit,
+        np.array(gradient["values"], float) if gradient else None,
+        np.array(gradient["weights"], float) if gradient else None,
+    )
+
+
+def _decoded_color(given: Any, lit: bool, grid: SpectralGrid | None, folder: Path) -> Array:
+    if grid is None:
+        if isinstance(given, dict):
+            raise InvalidInputError("its color is a spectrum, but the document has no [wavelengths]; add them")
+        if isinstance(given, str):
+            return linear_from_display_rgb([int(given[at : at + 2], 16) / 255 for at in (1, 3, 5)])
+        return np.array(given, float)
+    if not isinstance(given, dict):
+        raise InvalidInputError(
+            "its color is no spectrum, but the document has [wavelengths]; give all of them spectra"
+        )
+    spectrum = _decoded_spectrum(given, lit, grid, folder)
+    # A lamp's lines may be narrower than a step: their power counts, not the value that a knot happens to meet.
+    return (spectrum if spectrum.grid.same_as(grid) else spectrum.resampled(grid, average=not lit)).values
+
+
+def _decoded_spectrum(table: dict[str, Any], lit: bool, grid: SpectralGrid, folder: Path) -> Spectrum:
+    """A reflectance where the material is lit, else a light."""
+    sources = [word for word in ("catalogue", "file", "values") if word in table]
+    if len(sources) != 1:
+        raise InvalidInputError(
+            f"its color gives {' and '.join(sources) or 'nothing'}; expected one of catalogue, file and values"
+        )
+    if sources[0] == "catalogue":
+        return catalogue.reflectance(table["catalogue"]) if lit else catalogue.illuminant(table["catalogue"])
+    if sources[0] == "values":
+        own = SpectralGrid(np.array(table["wavelengths_nm"], float)) if "wavelengths_nm" in table else grid
+        return (Reflectance if lit else Illuminant)(table.get("name", "color"), own, np.array(table["values"], float))
+    from spectral_core.spectra.files import read_spectra
+
+    spectra = {
+        each.name: each for each in read_spectra(folder / table["file"], kind="reflectance" if lit else "illuminant")
+    }
+    wanted = table.get("name", next(iter(spectra)) if len(spectra) == 1 else None)
+    if wanted is None:
+        raise InvalidInputError(f"{table['file']} holds {len(spectra)} spectra; say which by name")
+    if wanted not in spectra:
+        raise UnknownNameError.among(f"spectrum of {table['file']}", wanted, spectra)
+    return spectra[wanted]
+
+
+def _encoded_grid(grid: SpectralGrid) -> dict[str, Any]:
+    """Start, stop and step where they give the same wavelengths, else all of them."""
+    knots = grid.wavelengths_nm
+    table: dict[str, Any] = {
+        "start_nm": float(knots[0]),
+        "stop_nm": float(knots[-1]),
+        "step_nm": float(knots[1] - knots[0]),
+    }
+    try:
+        if SpectralGrid.uniform(*table.values()).same_as(grid):
+            return table
+    except InvalidInputError:
+        pass
+    return {"wavelengths_nm": knots.tolist()}
+
+
+def _decoded_grid(table: dict[str, Any]) -> SpectralGrid:
+    steps = [word for word in ("start_nm", "stop_nm", "step_nm") if word in table]
+    try:
+        if "wavelengths_nm" in table and not steps:
+            return SpectralGrid(np.array(table["wavelengths_nm"], float))
+        if len(steps) == 3 and "wavelengths_nm" not in table:
+            return SpectralGrid.uniform(*(float(table[word]) for word in steps))
+    except InvalidInputError as error:
+        raise FileFormatError(f"wavelengths: {error}") from error
+    raise FileFormatError("wavelengths must be start_nm, stop_nm and step_nm, or wavelengths_nm")

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fields in a scene's light: gradient shading, and surfaces that fields shadow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_core.volume.mitsuba_integrator.scene_march import Placed, WorldRay, transmittance
+from spectral_core.volume.mitsuba_integrator.settings import VolumeSettings
+
+
+@dataclass(frozen=True)
+class Lit:
+    """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
+
+    Where the gradient vanishes there is no side, and light goes on alike in all directions. One emitter is sampled
+    per step; ``shadows`` asks whether surfaces or fields stand between. ``colors`` and ``lit`` are per material.
+    """
+
+    scene: Any
+    volumes: list[Placed]
+    colors: list[Any]
+    lit: list[bool]
+    settings: VolumeSettings
+
+    def gather(self, line: WorldRay, ray: Any) -> Callable[..., tuple[Any, Any]]:
+        """What ``march_scene`` calls per step."""
+        import drjit as dr
+        import mitsuba as mi
+
+        def gather(light: Any, source: list[Any], gain: Any, distance: Any, sampler: Any) -> tuple[Any, Any]:
+            point = line.at(distance)
+            place = dr.zeros(mi.Interaction3f)
+            place.t, place.time, place.wavelengths = distance, ray.time, ray.wavelengths
+            place.p = mi.Point3f(*point)
+            active = gain * sum(source[1:], source[0]) > 0
+            found, weight = self.scene.sample_emitter_direction(
+                place, sampler.next_2d(active), self.settings.shadows, active
+            )
+            if self.settings.shadows:
+                towards = WorldRay(point, list(found.d), dr.select(active & (found.pdf > 0), found.dist, 0.0))
+                weight *= transmittance(self.volumes, towards)
+            start = 0
+            for volume in self.volumes:
+                facing = _facing(volume, point, found.d)
+                for k in range(start, start + volume.data.materials):
+                    shown = weight * facing if self.lit[k] else mi.Spectrum(1.0)
+                    light = light + dr.select(active, gain * source[k], 0.0) * self.colors[k] * shown
+                start += volume.data.materials
+            return light, sampler
+
+        return gather
+
+
+def _facing(volume: Placed, point: list[Any], towards: Any) -> Any:
+    """|n·l|/π with n the field's gradient, or 1/4π where there is none."""
+    import drjit as dr
+
+    index = [sum((volume.linear[a][b] * point[b] for b in range(3)), volume.offset[a]) for a in range(3)]
+    slope = []
+    for axis in range(3):
+        ahead, back = list(index), list(index)
+        ahead[axis], back[axis] = index[axis] + 0.5, index[axis] - 0.5
+        slope.append(volume.data.volume.value(ahead, True) - volume.data.volume.value(back, True))
+    normal = [sum((volume.linear[b][a] * slope[b] for b in range(3)), 0.0) for a in range(3)]
+    length = dr.sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
+    along = normal[0] * towards.x + normal[1] * towards.y + normal[2] * towards.z
+    sided = length > 1e-6
+    return dr.select(sided, dr.abs(along) / dr.maximum(length, 1e-6) / math.pi, 0.25 / math.pi)
+
+
+def surface_light(
+    scene: Any, sampler: Any, ray: Any, volumes: list[Placed], active: Any, max_depth: int
+) -> tuple[Any, Any]:
+    """(light, whether a surface or surroundings are there) along ``ray``, with fields dimming every later segment.
+
+    A path tracer with light sampling and BSDF sampling joined by the balance heuristic. The first segment is the
+    caller's, who has marched it already. Later segments lose light in the fields and gain none of theirs.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    context = mi.BSDFContext()
+
+    def going(ray: Any, throughput: Any, light: Any, depth: Any, active: Any, *_: Any) -> Any:
+        return active
+
+    def bounce(ray: Any, throughput: Any, light: Any, depth: Any, active: Any, there: Any, known: Any, pdf: Any, sampler: Any) -> Any:  # fmt: skip  # noqa: E501
+        hit = scene.ray_intersect(ray, mi.RayFlags.All, depth == 0, active)
+        there = there | (active & (depth == 0) & hit.is_valid())
+        line = WorldRay(list(ray.o), list(ray.d), dr.select((depth > 0) & active, dr.minimum(hit.t, 1e30), 0.0))
+        throughput = throughput * transmittance(volumes, line)
+        emitter = hit.emitter(scene)
+        found = mi.DirectionSample3f(scene, hit, known)
+        by_light = scene.pdf_emitter_direction(known, found, pdf > 0)
+        share = dr.select(pdf > 0, pdf / dr.maximum(pdf + by_light, 1e-30), 1.0)
+        shines = active & (emitter != None)  # noqa: E711 (a lane-wise comparison)
+        light = light + dr.select(shines, throughput * share * emitter.eval(hit, shines), 0.0)
+        active = active & hit.is_valid() & (depth + 1 < max_depth)
+
+        bsdf = hit.bsdf(ray)
+        smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+        lamp, weight = scene.sample_emitter_direction(hit, sampler.next_2d(smooth), True, smooth)
+        smooth = smooth & (lamp.pdf > 0)
+        shadow = WorldRay(list(hit.p), list(lamp.d), dr.select(smooth, dr.minimum(lamp.dist, 1e30), 0.0))
+        value, chance = bsdf.eval_pdf(context, hit, hit.to_local(lamp.d), smooth)
+        chance = dr.select(lamp.delta, 0.0, chance)
+        share = lamp.pdf / dr.maximum(lamp.pdf + chance, 1e-30)
+        gained = throughput * value * weight * share * transmittance(volumes, shadow)
+        light = light + dr.select(smooth, gained, 0.0)
+
+        pick, weight = bsdf.sample(context, hit, sampler.next_1d(active), sampler.next_2d(active), active)
+        ray = hit.spawn_ray(hit.to_world(pick.wo))
+        throughput = throughput * weight
+        delta = mi.has_flag(pick.sampled_type, mi.BSDFFlags.Delta)
+        pdf = dr.select(delta, -1.0, pick.pdf)
+        active = active & (dr.max(throughput) > 1e-4)
+        known = dr.detach(hit)
+        return ray, throughput, light, depth + 1, active, there, mi.Interaction3f(known), pdf, sampler
+
+    state = (
+        mi.Ray3f(ray),
+        mi.Spectrum(1.0),
+        mi.Spectrum(0.0),
+        mi.UInt32(0),
+        mi.Bool(active),
+        mi.Bool(False),
+        dr.zeros(mi.Interaction3f),
+        mi.Float(-1.0),
+        sampler,
+    )
+    ended = dr.while_loop(state, going, bounce)
+    return ended[2], ended[5]

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `adaptive_volume` is asked to render: fields with their transfer functions, and how.
+
+A scene dictionary or XML file cannot hold Python objects, so fields go in by handle (``integrator_dict``), by file
+name (``file``) or as Mitsuba's own grid volumes (``volume``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march.march_input import QUADRATURES
+from spectral_core.volume.march.rules import RULES
+from spectral_core.volume.presets import preset
+from spectral_core.volume.transfer import TransferFunction
+
+
+@dataclass(frozen=True, eq=False)
+class SceneVolume:
+    """A field and the transfer function it is shown with; its name marks its extra channels."""
+
+    volume: ScalarVolume
+    transfer: TransferFunction
+
+
+@dataclass(frozen=True)
+class VolumeSettings:
+    """How `adaptive_volume` renders; each field is a property of the integrator.
+
+    ``quality`` is the SNR in dB that pilot rays find steps for; ``scale`` (above 0) fixes the steps instead.
+    ``jitter`` varies each ray's steps by up to a quarter. ``channels`` adds K material channels and the transmittance
+    to the picture. ``shading`` lights lit materials with the scene's lights by the field's gradient, instead of
+    evenly with ``light``, a catalogue name. ``shadows`` lets fields and surfaces shadow each other, with paths of at
+    most ``max_depth`` surfaces; without it the nested surface integrator knows nothing of the fields.
+    """
+
+    rule: str = "auto"
+    quadrature: str = "auto"
+    quality: float = 50.0
+    scale: float = 0.0
+    jitter: bool = False
+    channels: bool = False
+    shading: bool = False
+    shadows: bool = False
+    light: str = "D65"
+    max_depth: int = 6
+
+    def __post_init__(self) -> None:
+        if self.rule not in (*RULES, "auto"):
+            raise UnknownNameError.among("step rule", self.rule, (*RULES, "auto"))
+        if self.quadrature not in (*QUADRATURES, "auto"):
+            raise UnknownNameError.among("quadrature", self.quadrature, (*QUADRATURES, "auto"))
+        require_range("quality", self.quality, 10.0, 90.0, " dB")
+        require_range("scale", self.scale, 0.0, 64.0)
+        if self.max_depth < 1:
+            raise InvalidInputError(f"max_depth is {self.max_depth}; expected at least 1")
+
+
+_shared: dict[str, SceneVolume] = {}
+_numbers = count(1)
+
+
+def share(item: SceneVolume) -> str:
+    """Handle under which an integrator of this process finds ``item``; give it back with ``release``."""
+    handle = f"volume-{next(_numbers)}"
+    _shared[handle] = item
+    return handle
+
+
+def release(handle: str) -> None:
+    """Forget a shared field; integrators that were loaded with it keep it."""
+    _shared.pop(handle, None)
+
+
+def integrator_dict(items: list[SceneVolume], surface: dict[str, Any] | None = None, **settings: Any) -> dict[str, Any]:
+    """Mitsuba dictionary of an `adaptive_volume` that shows ``items``; settings as in ``VolumeSettings``.
+
+    ``surface`` is the dictionary of the integrator for what is no volume; without it surfaces only hide. The fields
+    stay shared until ``release`` is called for each handle of its ``handles`` (separated by commas).
+    """
+    if not items:
+        raise InvalidInputError("an adaptive_volume integrator needs at least one field; give it a SceneVolume")
+    VolumeSettings(**settings)
+    made = {"type": "adaptive_volume", "handles": ",".join(share(item) for item in items), **settings}
+    return made if surface is None else made | {"surface": surface}
+
+
+def read_settings(props: Any) -> VolumeSettings:
+    """The plain settings among a plugin's properties."""
+    from dataclasses import fields
+
+    return VolumeSettings(**{field.name: props.get(field.name, field.default) for field in fields(VolumeSettings)})
+
+
+def read_volumes(props: Any, grids: dict[str, Any]) -> list[SceneVolume]:
+    """The fields that a plugin's properties name; ``grids`` are its nested Mitsuba volumes by property name.
+
+    ``file``, ``file_NAME``: a volume file. ``transfer``, ``transfer_NAME`` beside it (or beside ``volume_NAME``): a
+    transfer function file or ``preset:NAME``. ``to_world_NAME``: placement of a grid volume's unit cube.
+    """
+    items = []
+    for handle in filter(None, str(props.get("handles", "")).split(",")):
+        if handle not in _shared:
+            raise InvalidInputError(
+                f"adaptive_volume: no field is shared as {handle!r}; it was released, or never shared"
+            )
+        items.append(_shared[handle])
+    for key in [key for key in props.keys() if key == "file" or key.startswith("file_")]:  # noqa: SIM118
+        from spectral_core.volume.files import read_volume
+
+        items.append(_with_transfer(read_volume(Path(str(props[key]))), props, key[len("file") :]))
+    for key, grid in grids.items():
+        suffix = key[len("volume") :] if key.startswith("volume") else ""
+        items.append(_with_transfer(_grid_volume(key, grid, props.get("to_world" + suffix, None)), props, suffix))
+    if not items:
+        raise InvalidInputError("adaptive_volume has no field; give it handles, file or a nested volume")
+    return items
+
+
+def _with_transfer(volume: ScalarVolume, props: Any, suffix: str) -> SceneVolume:
+    given = str(props.get("transfer" + suffix, props.get("transfer", "preset:wide")))
+    if given.startswith("preset:"):
+        return SceneVolume(volume, preset(given[len("preset:") :], volume))
+    from spectral_core.volume.documents.transfer_file import read_transfer
+
+    return SceneVolume(volume, read_transfer(Path(given)).for_volume(volume))
+
+
+def _grid_volume(name: str, grid: Any, to_world: Any) -> ScalarVolume:
+    """A Mitsuba grid volume of one channel as a field: texels are voxels, its unit cube is placed by ``to_world``."""
+    import mitsuba as mi
+
+    data = np.array(mi.traverse(grid)["data"])
+    if data.ndim == 4 and data.shape[3] != 1:
+        raise InvalidInputError(f"{name} has {data.shape[3]} channels; expected one")
+    field = data.reshape(data.shape[:3]).transpose(2, 1, 0)
+    box = grid.bbox()
+    if to_world is None:
+        matrix = np.diag([*(np.array(box.max) - np.array(box.min)).ravel(), 1.0])
+        matrix[:3, 3] = np.array(box.min).ravel()
+    else:
+        matrix = np.array(to_world.matrix, dtype=np.float64).reshape(4, 4)
+    texels = np.diag([*(1.0 / np.array(field.shape)), 1.0])
+    texels[:3, 3] = 0.5 / np.array(field.shape)
+    return ScalarVolume(name, field, matrix @ texels)
