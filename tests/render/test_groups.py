@@ -92,11 +92,11 @@ def test_equal_seeds_give_equal_bits_and_other_seeds_do_not():
 
 def test_passes_do_not_change_the_pixels(monkeypatch):
     """Sums and random streams go on where the last pass stopped."""
-    from spectral_core.render import session
+    from spectral_core.render import still
 
     scene = _many_lights()
     whole = render_scene(scene).pixels
-    monkeypatch.setattr(session, "pass_sizes", lambda samples: [7, samples - 7])
+    monkeypatch.setattr(still, "pass_sizes", lambda samples: [7, samples - 7])
     np.testing.assert_allclose(render_scene(scene).pixels, whole, rtol=1e-6, atol=1e-7)
 
 
