@@ -94,9 +94,7 @@ def test_nodes_behind_an_image(build, stage, tmp_path, kind, rng):
     if kind in ("RGBCurve", "FloatCurve"):
         for curve in node.mapping.curves:
             curve.points[1].location = (1, 0.3)
-    socket = next(
-        s for s in node.inputs if s.name in ("Color", "Value", "Fac") and s.name != "Fac" or len(node.inputs) == 1
-    )
+    socket = next(s for s in node.inputs if s.name in ("Color", "Value") or len(node.inputs) == 1)
     tree.links.new(image.outputs["Color"], socket)
     tree.links.new(node.outputs[0], tree.nodes["shader"].inputs["Color"])
     theirs, ours, notes = stage(material, tmp_path, samples=128)
