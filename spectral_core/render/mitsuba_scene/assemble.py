@@ -15,7 +15,8 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.mitsuba_scene.shapes import Shapes
-from spectral_core.scene import Note, Scene
+from spectral_core.render.plugins.programs import SceneTables
+from spectral_core.scene import Camera, Film, Note, Scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +46,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
+    look_through(context.tables, scene.camera, scene.film)
     shapes = Shapes(context, scene, parts)
     for number, instance in enumerate(scene.instances):
         for shape_number, shape in enumerate(shapes.of(instance)):
@@ -65,6 +67,19 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     eye = scene.camera.world_from_camera[:3, 3]
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
     return LoadedScene(loaded, tuple(context.notes), tuple(hidden), context.switches or {}, around)
+
+
+def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
+    """Let shading programs know the camera: its space has +z forward, as Cycles'."""
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    tables.camera_from_world = flip @ np.linalg.inv(camera.world_from_camera)
+    width, height = float(film.width), float(film.height) * film.pixel_aspect
+    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
+    perspective = camera.kind == "perspective"
+    size = 2 * float(np.tan(camera.field_of_view_rad / 2)) if perspective else float(camera.orthographic_scale)
+    share_x, share_y = width / side, height / side
+    shift = camera.shift[0] / share_x, camera.shift[1] / share_y
+    tables.window = (size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0)
 
 
 def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
-from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
@@ -46,6 +46,8 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
         return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
+    if isinstance(paint, Computed):
+        return context.computed(paint.program)
     return _mixed(context, paint, lambda part: reflectance(context, part, subject))
 
 
@@ -55,6 +57,8 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
         return constant_emission(context, paint, strength)
     if isinstance(paint, ImageTexture):
         return _emitting_image(context, paint, strength, subject)
+    if isinstance(paint, Computed):
+        return context.computed(paint.program, constant_emission(context, Color(np.ones(3)), strength))
     return _mixed(context, paint, lambda part: emission(context, part, strength, subject))
 
 
@@ -126,6 +130,8 @@ def sampled_spectrum(context: Context, spectrum: Spectrum) -> Any:
 
 def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
     """A number as float, or one per place as texture; ``power`` is applied to either."""
+    if isinstance(value, Computed):
+        return context.computed(value.program)
     if not isinstance(value, ImageTexture):
         return float(value) ** power
     amounts = color_pixels(value)
@@ -135,7 +141,7 @@ def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) ->
 def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
     """Like ``scalar``, a texture in both cases."""
     found = scalar(context, value, subject)
-    return context.load({"type": "uniform", "value": found}) if isinstance(found, float) else found
+    return context.constant(found) if isinstance(found, float) else found
 
 
 def image(context: Context, texture: ImageTexture, subject: str) -> Any:

@@ -10,22 +10,24 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import (
-    AddSurface,
     AreaLight,
     Color,
+    Computed,
     Diffuse,
     Emission,
     Glass,
     Glossy,
     ImageTexture,
     Material,
+    Metal,
     MixedPaint,
-    MixSurface,
     Principled,
     Scene,
     SunLight,
-    Surface,
+    Translucent,
     Transparent,
+    leaves,
+    values_of,
 )
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -72,17 +74,17 @@ def take_inventory(scene: Scene) -> Inventory:
     spectral_lights = tuple(light.name for light in scene.lights if _has_spectrum(light.color))
     world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
-    emissive = which(lambda m: any(map(_emits, closures_of(m.surface))))
+    emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
     return Inventory(
-        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, values_of(m)))) + spectral_volumes,
+        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, _values(m)))) + spectral_volumes,
         dispersive=which(_is_dispersive),
         media=which(lambda m: m.medium is not None),
         emissive=emissive,
         transparent=which(_is_transparent),
-        refractive=which(lambda m: any(_refracts(c) for c in closures_of(m.surface))),
-        glossy=which(lambda m: any(isinstance(c, (Glossy, Principled)) for c in closures_of(m.surface))),
-        images=which(lambda m: any(isinstance(p, ImageTexture) for v in values_of(m) for p in _parts(v))),
+        refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
+        glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
+        images=which(lambda m: any(isinstance(p, (Computed, ImageTexture)) for v in _values(m) for p in _parts(v))),
         light_bodies=bodies,
         visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
@@ -91,26 +93,11 @@ def take_inventory(scene: Scene) -> Inventory:
     )
 
 
-def closures_of(surface: Surface | None) -> Iterator[Any]:
-    """The closures that a surface is mixed and added from."""
-    if isinstance(surface, (MixSurface, AddSurface)):
-        yield from closures_of(surface.first)
-        yield from closures_of(surface.second)
-    elif surface is not None:
-        yield surface
-
-
-def values_of(material: Material) -> Iterator[Any]:
+def _values(material: Material) -> Iterator[Any]:
     """Every paint and number of a material."""
-    stack: list[Any] = [material.surface, material.medium]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, (MixSurface, AddSurface)):
-            stack += [item.first, item.second]
-            if isinstance(item, MixSurface):
-                yield item.factor
-        elif item is not None:
-            yield from (getattr(item, name) for name in type(item).__slots__)
+    yield from values_of(material.surface)
+    if material.medium is not None:
+        yield from (getattr(material.medium, name) for name in type(material.medium).__slots__)
 
 
 def _parts(paint: Any) -> Iterator[Any]:
@@ -128,7 +115,7 @@ def _has_spectrum(paint: Any) -> bool:
 def _is_dispersive(material: Material) -> bool:
     return any(
         isinstance(c, (Glass, Principled)) and isinstance(c.ior, Spectrum) and _refracts(c)
-        for c in closures_of(material.surface)
+        for c in leaves(material.surface)
     )
 
 
@@ -149,13 +136,12 @@ def _is_transparent(material: Material) -> bool:
     if material.surface is None:
         return True
     return any(
-        isinstance(c, Transparent) or (isinstance(c, Principled) and c.alpha != 1.0)
-        for c in closures_of(material.surface)
+        isinstance(c, Transparent) or (isinstance(c, Principled) and c.alpha != 1.0) for c in leaves(material.surface)
     )
 
 
 def _largest_reflectance(material: Material) -> float:
-    colors = [c.color for c in closures_of(material.surface) if isinstance(c, Diffuse)]
+    colors = [c.color for c in leaves(material.surface) if isinstance(c, (Diffuse, Translucent))]
     sizes = [_size(part) for color in colors for part in _parts(color)]
     return max(sizes, default=0.0)
 
@@ -165,4 +151,4 @@ def _size(paint: Any) -> float:
         return float(np.clip(paint.linear_rgb, 0, 1).max())
     if isinstance(paint, Spectrum):
         return float(paint.values.max())
-    return 0.9 if isinstance(paint, ImageTexture) else 0.0
+    return 0.9 if isinstance(paint, (Computed, ImageTexture)) else 0.0
