@@ -120,7 +120,10 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.class_name() != "NullBSDF":
-            made = context.load({"type": "bent", "bsdf": made, "normal": context.computed(normal.program)})
+            plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
+            softens = plain or isinstance(closure, (Diffuse, Translucent))
+            texture = context.computed(normal.program)
+            made = context.load({"type": "bent", "bsdf": made, "normal": texture, "softens": softens})
         yield amount, made
 
 

@@ -10,11 +10,17 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the BSDFs for the active variant."""
 
     class Bent(mi.BSDF):
-        """``bsdf`` about ``normal``, a texture of world directions that face the viewer."""
+        """``bsdf`` about ``normal``, a texture of world directions that face the viewer.
+
+        ``softens``: whether light fades out toward the smooth surface's horizon, as Cycles does for what scatters
+        diffusely (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator
+        problem").
+        """
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.child, self.normal = properties["bsdf"], properties["normal"]
+            self.softens = bool(properties["softens"])
             self.m_components = [self.child.flags(k) for k in range(self.child.component_count())]
             self.m_flags = self.child.flags()
 
@@ -38,6 +44,14 @@ def register(mi: Any, dr: Any) -> None:
             bent.wi = bent.to_local(toward)
             return bent
 
+        def softened(self, si: Any, bent: Any, inner: Any, wo: Any) -> Any:
+            """Share of the light that reaches the facets of the bent surface."""
+            if not self.softens:
+                return mi.Float(1.0)
+            together = dr.abs(dr.dot(si.sh_frame.n, bent.sh_frame.n))
+            share = dr.abs(wo.z) / dr.maximum(dr.abs(inner.z) * together, 1e-9)
+            return dr.select(share >= 1.0, 1.0, share * (1.0 + share - share * share))
+
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bent = self.about(si, active)
             bs, weight = self.child.sample(ctx, bent, sample1, sample2, active)
@@ -46,13 +60,14 @@ def register(mi: Any, dr: Any) -> None:
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             valid = active & ((inner.z * bs.wo.z > 0.0) | straight)
             bs.pdf = dr.select(valid, bs.pdf, 0.0)
-            return bs, dr.select(valid, weight, 0.0)
+            return bs, dr.select(valid, weight * self.softened(si, bent, inner, bs.wo), 0.0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             bent = self.about(si, active)
             inner = bent.to_local(si.to_world(wo))
             valid = active & (inner.z * wo.z > 0.0)
             value, density = self.child.eval_pdf(ctx, bent, inner, valid)
+            value *= self.softened(si, bent, inner, wo)
             return dr.select(valid, value, 0.0), dr.select(valid, density, 0.0)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:

@@ -104,21 +104,22 @@ def to_hsv(xp: Any, color: Any) -> Any:
 
 @operation("3", 3)
 def to_rgb(xp: Any, hsv: Any) -> Any:
-    """Inverse of to_hsv; hue repeats."""
+    """Inverse of to_hsv; a hue outside [0, 1] falls into the last sixth, as in Cycles."""
     hue, saturation, value = hsv
-    wheel = _wheel(xp, hue)
-    return each(lambda w: value * (1.0 - saturation * (1.0 - w)), wheel)
+    hue = xp.where(hue == 1.0, 0.0, hue)
+    place = hue * 6.0
+    fraction = place - xp.floor(place)
+    low, falling = value * (1.0 - saturation), value * (1.0 - saturation * fraction)
+    inside = (hue >= 0.0) & (hue < 1.0)
+    usual = each(lambda w: value * (1.0 - saturation * (1.0 - w)), _wheel(xp, hue))
+    return each(lambda u, o: xp.where(inside, u, o), usual, (value, low, falling))
 
 
 def _wheel(xp: Any, hue: Any) -> Any:
-    """Pure color of a hue."""
-
-    def one(shift: float) -> Any:
-        turn = hue + shift / 6.0
-        place = (turn - xp.floor(turn)) * 6.0
-        return clip(xp, xp.absolute(place - 3.0) - 1.0)
-
-    return one(0.0), one(4.0), one(2.0)
+    """Pure color of a hue in [0, 1], held at its ends' red beyond."""
+    place = hue * 6.0
+    red = clip(xp, xp.absolute(place - 3.0) - 1.0)
+    return red, clip(xp, 2.0 - xp.absolute(place - 2.0)), clip(xp, 2.0 - xp.absolute(place - 4.0))
 
 
 @operation("3", 3)

@@ -20,7 +20,7 @@ def _turn(x: Any, k: int) -> Any:
 
 def jenkins(xp: Any, *keys: Any) -> Any:
     """Bob Jenkins' lookup3 of one to four 32-bit keys (Blender's ``hash_uint`` to ``hash_uint4``)."""
-    start = xp.integer(xp.number(0.0)) + (_SEED + (len(keys) << 2)) % 2**32
+    start = 0 * keys[0] + (_SEED + (len(keys) << 2)) % 2**32
     a, b, c = start + keys[0], start, start
     if len(keys) > 1:
         b = b + keys[1]

@@ -89,10 +89,9 @@ def gradient(xp: Any, p: Any, kind: str) -> Any:
 
 @operation("3 1", 1)
 def checker(xp: Any, vector: Any, scale: Any) -> Any:
-    """Checker Texture: 1 for its first color."""
+    """Checker Texture: 1 for its first color, where the sum of the cell numbers is odd."""
     total = sum(xp.floor(c) for c in _inside(multiply(vector, scale)))
-    # the sum of three whole numbers is even where an even number of them is odd
-    return xp.where(xp.absolute(total - 2.0 * xp.floor(total * 0.5)) < 0.5, 1.0, 0.0)
+    return xp.where(xp.absolute(total - 2.0 * xp.floor(total * 0.5)) < 0.5, 0.0, 1.0)
 
 
 @operation("3 1 1 1 1 1 1", 1)

@@ -307,7 +307,7 @@ def voronoi_edge(xp: Any, *inputs: Any) -> Any:
         found = _edge(xp, tuple(x * factor for x in p), random)
         part = detail - xp.floor(detail)
         whole = octave <= detail
-        full = xp.minimum(distance, found / factor)
+        full = mix(distance, xp.minimum(distance, found / factor), size)
         smaller = mix(distance, full, part)
         distance = xp.where(single, found, xp.where(whole, full, smaller))
         largest_now = mix(largest, reach / factor, size)
