@@ -16,9 +16,12 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
+from ...properties import hooks
+from ...properties.hooks import Topic
+from ..deferred import Deferred, redraw
+
 PICTURE = "Light Dial"
 DELAY_SECONDS = 0.005
-RENDER_SECONDS = 0.5
 
 
 @dataclass
@@ -31,7 +34,6 @@ class _Session:
 
 
 _sessions: dict[int, _Session] = {}
-_waiting: set[str] = set()
 
 
 def transport_path(dial) -> Path:
@@ -103,7 +105,7 @@ def _dress(dial, session: _Session) -> None:
     """Give each group the lamp that its bulb names, and its own spectrum back where it names none any more."""
     from spectral_core.render.relight.mix import LiveMix
 
-    from . import catalogue
+    from ...translate.spectra import catalogue
 
     wanted = [bulb.lamp for bulb in dial.bulbs]
     if any(before and not now for before, now in zip(session.lamps, wanted, strict=True)):
@@ -152,42 +154,24 @@ def _store(pixels: np.ndarray) -> Any:
     return image
 
 
-def changed(scene) -> None:
-    """A wish of the dial has changed: the picture follows, where something is recorded."""
-    if not isinstance(scene, bpy.types.Scene) or not scene.spectral.dial.scene_hash:
-        return
-    if bpy.app.background:
-        _answer(scene)
-        return
-    _waiting.add(scene.name)
-    if not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=DELAY_SECONDS)
+def changed(scene: bpy.types.Scene) -> None:
+    """The dial was turned: the picture follows, where something is recorded."""
+    if isinstance(scene, bpy.types.Scene) and scene.spectral.dial.scene_hash:
+        LIVE.request(scene)
 
 
-def _answer(scene) -> None:
+def _follow(scene: bpy.types.Scene) -> None:
     with contextlib.suppress(SpectralError, OSError):  # dial.message says it
         show(scene)
-    redraw()
+    redraw_dial()
 
 
-def _tick() -> float | None:
-    if bpy.app.is_job_running("RENDER"):
-        return RENDER_SECONDS
-    names = list(_waiting)
-    _waiting.clear()
-    for name in names:
-        scene = bpy.data.scenes.get(name)
-        if scene is not None:
-            _answer(scene)
-    return None
+LIVE = Deferred(_follow, delay_seconds=DELAY_SECONDS)
 
 
-def redraw() -> None:
+def redraw_dial() -> None:
     """Repaint every area that may show the dial or its picture."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type in {"VIEW_3D", "IMAGE_EDITOR"}:
-                area.tag_redraw()
+    redraw("VIEW_3D", "IMAGE_EDITOR")
 
 
 @bpy.app.handlers.persistent
@@ -212,7 +196,7 @@ def _after_undo(scene, *_rest) -> None:
 def _after_load(*_) -> None:
     """Another file: what was in memory belongs to the old one."""
     _sessions.clear()
-    _waiting.clear()
+    LIVE.cancel()
     if not bpy.app.background:
         changed(bpy.context.scene)
 
@@ -223,6 +207,7 @@ HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_p
 
 def register() -> None:
     """Follow frames, undo and files."""
+    hooks.listen(Topic.DIAL, lambda properties: changed(properties.id_data))
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 
@@ -231,7 +216,6 @@ def unregister() -> None:
     """Follow no more, and give the memory back."""
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
+    hooks.ignore(Topic.DIAL)
     _sessions.clear()
-    _waiting.clear()
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
+    LIVE.cancel()

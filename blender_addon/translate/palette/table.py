@@ -5,13 +5,19 @@ Cells refer to each other by lasting numbers, so that moving or renaming a row o
 """
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 
 from spectral_core.errors import InvalidInputError
 
-from .live import paused
-from .palette_cell import REFERRING
+from ...properties import hooks
+from ...properties.palette_cell import REFERRING
 
 Place = tuple[int, int]
+
+
+def paused() -> AbstractContextManager[None]:
+    """Within it changes do not solve: for code that sets many properties, and solves once at its end."""
+    return hooks.silenced(hooks.Topic.PALETTE)
 
 
 def palette_of(holder):

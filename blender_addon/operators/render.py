@@ -6,7 +6,7 @@ from bpy.props import StringProperty
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties.render import overrides_of
+from ..translate.settings import overrides_of
 from .common import UNDOABLE, reporting
 
 

@@ -12,6 +12,9 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
+from ...properties import hooks
+from ...properties.hooks import Topic
+
 TICK_SECONDS = 1 / 60
 RENDER_SECONDS = 0.5
 
@@ -43,7 +46,7 @@ def session() -> Session | None:
 
 def read(target: str) -> float:
     """Present value of a target; 0 where it is gone, which its binding's row says."""
-    from .mixing_board_paths import number_at
+    from .paths import number_at
 
     try:
         return number_at(target).read()
@@ -143,7 +146,7 @@ def tick() -> float | None:
 
 def range_of(target: str) -> tuple[float, float]:
     """Range of a target that is being learned."""
-    from .mixing_board_paths import number_at
+    from .paths import number_at
 
     return number_at(target).range()
 
@@ -161,7 +164,7 @@ def _store_learned(scene, target: str) -> None:
 
 
 def _write(scene, change) -> None:
-    from .mixing_board_paths import number_at
+    from .paths import number_at
 
     assert _session is not None
     try:
@@ -203,12 +206,25 @@ def _before_load(*_) -> None:
     stop()
 
 
+def _devices(_board: bpy.types.PropertyGroup) -> list[str]:
+    """Names of the MIDI devices that are connected."""
+    from spectral_core.explore.board.midi import port_names
+
+    try:
+        return port_names()
+    except SpectralError:
+        return []  # without mido; Start says so
+
+
 def register() -> None:
-    """Let go of devices when another file is opened."""
+    """Follow the bindings, and let go of devices when another file is opened."""
+    hooks.listen(Topic.BOARD, lambda properties: rebind(properties.id_data))
+    hooks.listen(Topic.BOARD_DEVICES, _devices)
     bpy.app.handlers.load_pre.append(_before_load)
 
 
 def unregister() -> None:
     """Let go of devices."""
+    hooks.ignore(Topic.BOARD, Topic.BOARD_DEVICES)
     bpy.app.handlers.load_pre.remove(_before_load)
     stop()

@@ -5,11 +5,11 @@ import bpy
 
 from spectral_core.render.relight.memory import stated_peak
 
-from ..operators.light_dial_drag import running
-from ..properties.light_dial import storage_of
-from ..properties.light_dial_live import shares_of
-from ..properties.light_dial_members import group_count
+from ..editing.dial.live import shares_of
+from ..editing.dial.members import group_count
+from ..operators.dial_drag import running
 from ..translate.camera import translate_film
+from ..translate.dial import storage_of
 from .parts import wrapped
 
 LINEAR_ONLY = "Light is added up, so any mixture is exact. Changing a surface is not linear: after that, record again."

@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import catalogue, light_dial_live
+from .hooks import Topic, announces, offers
 
 STORAGE = [
     ("DIAL", "Mixtures", "Any mixture of the lights as they are, exact; least memory", 0),
@@ -26,12 +26,7 @@ RESOLUTION_NM = (380.0, 780.0, 10.0)
 """Grid of the exact storage."""
 
 
-def _changed(properties, _context=None) -> None:
-    light_dial_live.changed(properties.id_data)
-
-
-def _lamp_search(_bulb, _context, typed: str) -> list[str]:
-    return [name for name in catalogue.names("illuminant") if typed.lower() in name.lower()]
+_changed = announces(Topic.DIAL)
 
 
 class SpectralDialMember(bpy.types.PropertyGroup):
@@ -51,7 +46,7 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
     )
     is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
     lamp: StringProperty(
-        name="Lamp", search=_lamp_search, search_options={"SORT", "SUGGESTION"}, update=_changed,
+        name="Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"}, update=_changed,
         description="A measured lamp in place of the lights' own spectrum; empty keeps it. Not for Mixtures storage",
     )  # fmt: skip
     color: FloatVectorProperty(
@@ -93,18 +88,6 @@ class SpectralLightDial(bpy.types.PropertyGroup):
 
 
 CLASSES = (SpectralDialMember, SpectralDialBulb, SpectralLightDial)
-
-
-def storage_of(dial):
-    """The Storage that ``dial`` asks for."""
-    from spectral_core.render.relight.storage import Storage
-    from spectral_core.spectra.spectrum import SpectralGrid
-
-    if dial.storage == "DIAL":
-        return Storage.dial()
-    if dial.storage == "EXACT":
-        return Storage.exact(SpectralGrid.uniform(*RESOLUTION_NM))
-    return Storage.bands(int(dial.storage.removeprefix("BANDS")))
 
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -14,11 +14,11 @@ from bpy_extras.io_utils import ImportHelper
 from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
 
 from .. import jobs
-from ..properties import light_dial_live as live
-from ..properties.light_dial import storage_of
-from ..properties.light_dial_members import Member, members_of, store_members
+from ..editing.dial import live
+from ..editing.dial.members import Member, members_of, store_members
+from ..translate.dial import storage_of
 from .common import UNDOABLE, reporting
-from .light_dial import dial_in, reset
+from .dial import dial_in, reset
 
 
 @dataclass
@@ -180,7 +180,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         except (SpectralError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        live.redraw()
+        live.redraw_dial()
         return {"FINISHED"}
 
 

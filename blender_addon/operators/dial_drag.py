@@ -10,11 +10,11 @@ from bpy.props import FloatVectorProperty
 
 from spectral_core.errors import InvalidInputError
 
-from ..drawing import light_dial as drawn
-from ..drawing.light_dial_shape import CLICK_PIXELS, Target, snapped
-from ..properties import light_dial_live as live
+from ..drawing import dial as drawn
+from ..drawing.dial_shape import CLICK_PIXELS, Target, snapped
+from ..editing.dial import live
 from .common import UNDOABLE, reporting
-from .light_dial import dial_in
+from .dial import dial_in
 
 AREAS = {"VIEW_3D", "IMAGE_EDITOR"}
 NUDGE, FINE_NUDGE = 0.05, 0.01
@@ -96,7 +96,7 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         now = place[0].as_pointer() if is_over else 0
         if now != drawn.hovered["area"]:
             drawn.hovered["area"] = now
-            live.redraw()
+            live.redraw_dial()
 
     def _press(self, context, place, shape, pixel):
         dial = dial_in(context)
@@ -129,7 +129,7 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         running.discard(self._window)
         drawn.hovered["area"] = 0
         context.workspace.status_text_set(None)
-        live.redraw()
+        live.redraw_dial()
         return {"FINISHED"}
 
     def cancel(self, _context):

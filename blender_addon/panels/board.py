@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..properties import mixing_board_live as live
+from ..editing.board import live
 from .parts import wrapped
 
 

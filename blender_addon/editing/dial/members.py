@@ -10,7 +10,7 @@ import bpy
 
 from spectral_core.errors import InvalidInputError
 
-from .. import compat
+from ... import compat
 
 STRENGTH = {"EMISSION": "Strength", "BACKGROUND": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
 """Socket that says how brightly a node of a type shines."""

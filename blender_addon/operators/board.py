@@ -9,8 +9,8 @@ from bpy_extras.io_utils import ExportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import mixing_board_live as live
-from ..properties.mixing_board_paths import full_path, number_at
+from ..editing.board import live
+from ..editing.board.paths import full_path, number_at
 from .common import UNDOABLE, reporting
 
 

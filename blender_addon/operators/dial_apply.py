@@ -7,11 +7,11 @@ from bpy.props import BoolProperty
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import light_dial_live as live
-from ..properties.light_dial_members import apply_weights
-from ..properties.spectrum import store_spectrum
+from ..editing.dial import live
+from ..editing.dial.members import apply_weights
+from ..translate.spectra.stored import store_spectrum
 from .common import UNDOABLE, reporting
-from .light_dial import dial_in
+from .dial import dial_in
 
 BAKED = "Dial Light"
 
@@ -135,7 +135,7 @@ def _mixed_spectrum(dial, transport, shares):
     """Sum of the lights' spectra, each with the luminance that it brings to the picture."""
     from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
-    from ..properties import catalogue
+    from ..translate.spectra import catalogue
 
     grid = SpectralGrid.uniform(360.0, 830.0, 1.0)
     total = np.zeros(grid.size)

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the palette's properties to the problem that the core solves, and from its solution back to the properties."""
+"""From the palette's properties to the problem that the core solves."""
 
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution
+from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
-from .palette_cell import BOXED, NO_ERROR, REFERRING
-from .palette_table import places, references
-from .spectrum import spectrum_of, store_spectrum
+from ...properties.palette_cell import BOXED, REFERRING
+from ..spectra.stored import spectrum_of
+from .table import places, references
 
 
 def palette_problem(palette) -> PaletteProblem:
@@ -133,48 +133,3 @@ def _cell(palette, material, column: int) -> Cell:
         weight=cell.weight,
         exact=cell.exact and mode is not CellMode.DISTINCT,
     )
-
-
-def store_solution(palette, solution: PaletteSolution, *, finished: bool = True) -> None:
-    """Write spectra, colors, errors and status of a solution into the properties that panels show.
-
-    ``finished``: whether conflicts were looked for; if not, those that are shown stay while wishes are missed.
-    """
-    for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
-        _store_result(light.result, spectrum, Illuminant)
-    for material, spectrum in zip(palette.materials, solution.reflectances, strict=True):
-        _store_result(material.result, spectrum, Reflectance)
-    for light, amounts in zip(palette.lights, solution.amounts, strict=True):
-        for lamp, amount in zip(light.primaries, () if amounts is None else amounts, strict=False):
-            lamp.amount = amount
-    for (row, column), cell in places(palette):
-        error = solution.delta_e_2000[row, column]
-        wanted = solution.target_linear_rgb[row, column]
-        cell.actual_linear = solution.actual_linear_rgb[row, column]
-        cell.wanted_linear = wanted if np.isfinite(wanted).all() else cell.actual_linear
-        cell.delta_e = error if np.isfinite(error) else NO_ERROR
-        cell.has_result = True
-    palette.status, palette.remedy = str(solution.status), solution.remedy
-    palette.notes = "\n".join(solution.notes)
-    palette.worst_delta_e = solution.max_delta_e_2000
-    palette.light_scale = solution.light_scale
-    palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
-    if finished or palette.status == "solved":
-        _store_conflicts(palette, solution)
-
-
-def _store_conflicts(palette, solution: PaletteSolution) -> None:
-    palette.conflicts.clear()
-    for conflict in solution.conflicts:
-        entry = palette.conflicts.add()
-        row, column = conflict.cell
-        entry.material_uid, entry.light_uid = palette.materials[row].uid, palette.lights[column].uid
-        entry.text = conflict.text
-        if conflict.relieved_by:
-            row, column = conflict.relieved_by[0]
-            entry.relief_material_uid, entry.relief_light_uid = palette.materials[row].uid, palette.lights[column].uid
-
-
-def _store_result(result, spectrum, kind: type) -> None:
-    """Spectra outside of physics (asked for by "Unphysical Spectra") are kept for the curves, and not as a spectrum."""
-    store_spectrum(result, spectrum, physical=isinstance(spectrum, kind))

@@ -7,8 +7,8 @@ Only while Blender draws; where things stand comes from ``light_dial_shape``, as
 import bpy
 import numpy as np
 
-from ..properties.light_dial_live import shares_of
-from .light_dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
+from ..editing.dial.live import shares_of
+from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
 from .overlay import FONT, draw_line, draw_triangles, write
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)

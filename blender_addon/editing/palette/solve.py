@@ -7,9 +7,10 @@ from collections.abc import Callable
 from spectral_core.errors import SpectralError
 from spectral_core.palette import PaletteProblem, PaletteSolution
 
-from .live import paused
-from .palette_problem import palette_problem, store_solution, takes_seconds
-from .palette_session import forget_sessions, live_solution
+from ...translate.palette.problem import palette_problem, takes_seconds
+from ...translate.palette.solution import store_solution
+from ...translate.palette.table import paused
+from .session import forget_sessions, live_solution
 
 _last: dict[int, PaletteSolution] = {}
 """Last solution by scene, where the next one may start from. Not saved: a file that is opened starts anew."""
@@ -68,11 +69,7 @@ def _solve(
     return solution
 
 
-def register() -> None:
-    """Nothing to add to Blender."""
-
-
-def unregister() -> None:
-    """Forget the solutions."""
+def forget_solutions() -> None:
+    """Start anew at the next edit."""
     _last.clear()
     forget_sessions()

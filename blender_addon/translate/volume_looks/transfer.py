@@ -9,9 +9,10 @@ from spectral_core.volume.documents.transfer_document import TransferDocument
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, smooth_reflectance
 from spectral_core.volume.transfer import Material, TransferFunction
 
-from .. import compat
-from .spectrum import spectrum_of, store_spectrum
-from .volume import RANGE_KEY, add_material, clear, curve_points, set_curve
+from ... import compat
+from ...properties.volume import RANGE_KEY
+from ..spectra.stored import spectrum_of, store_spectrum
+from .curves import add_material, clear, curve_points, set_curve
 
 GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 """Wavelengths of a transfer function where any of its materials carries a spectrum."""

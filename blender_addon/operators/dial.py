@@ -10,7 +10,7 @@ from bpy_extras.io_utils import ExportHelper
 from spectral_core.errors import InvalidInputError
 
 from .. import compat
-from ..properties import light_dial_live as live
+from ..editing.dial import live
 from .common import UNDOABLE, reporting
 
 

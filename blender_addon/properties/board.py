@@ -10,21 +10,9 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import mixing_board_live as live
+from .hooks import Topic, announces, offers
 
-
-def _changed(properties, _context=None) -> None:
-    live.rebind(properties.id_data)
-
-
-def _ports(_board, _context, typed: str) -> list[str]:
-    from spectral_core.errors import SpectralError
-    from spectral_core.explore.board.midi import port_names
-
-    try:
-        return [name for name in port_names() if typed.lower() in name.lower()]
-    except SpectralError:
-        return []  # without mido; Start says so
+_changed = announces(Topic.BOARD)
 
 
 class SpectralBoardBinding(bpy.types.PropertyGroup):
@@ -53,7 +41,7 @@ class SpectralMixingBoard(bpy.types.PropertyGroup):
 
     use_midi: BoolProperty(name="MIDI", default=True, description="Listen to a MIDI device")
     midi_port: StringProperty(
-        name="Device", search=_ports, description="Name of the MIDI device; empty takes the first"
+        name="Device", search=offers(Topic.BOARD_DEVICES), description="Name of the MIDI device; empty takes the first"
     )
     use_osc: BoolProperty(name="OSC", default=True, description="Listen to tablets and programs on the network")
     osc_host: StringProperty(

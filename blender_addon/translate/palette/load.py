@@ -10,10 +10,9 @@ from spectral_core.spectra.color import WHITE_XYZ, display_rgb_from_linear
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant
 
-from .live import paused
-from .palette_cell import WEIGHT_LIMIT
-from .palette_table import add_lamp, add_light, add_material, clear, set_references
-from .spectrum import store_spectrum
+from ...properties.palette_cell import WEIGHT_LIMIT
+from ..spectra.stored import store_spectrum
+from .table import add_lamp, add_light, add_material, clear, paused, set_references
 
 
 def store_problem(palette, problem: PaletteProblem) -> list[str]:

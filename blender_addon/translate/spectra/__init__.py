@@ -8,8 +8,8 @@ from typing import Any
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import Spectrum
 
-from ..properties import spectrum as stored
-from .context import Translation
+from ..context import Translation
+from . import stored
 
 
 def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
