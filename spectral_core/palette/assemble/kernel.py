@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 class ColorKernel:
     """Integrals over one grid for O observers, in linear sRGB.
 
-    Observers other than the first standard one are scaled so that an equal-energy light has the same luminance for all,
+    Further observers are scaled so that an equal-energy light has the same luminance for them as for the first one,
     which makes their colors comparable; ``points_nm`` are the wavelengths of the sums, (m,).
     """
 
@@ -36,7 +36,8 @@ class ColorKernel:
         else:
             self.points_nm, step = standard.wavelengths_nm, np.ones(standard.wavelengths_nm.size)
             self._at_points = grid.values_from_knots(self.points_nm)
-        self.rgb_cmfs = np.stack([self._rgb_cmfs(name, standard.cmfs[1].sum()) * step for name in observers])
+        first = float(observer(observers[0]).cmfs[1].sum())
+        self.rgb_cmfs = np.stack([self._rgb_cmfs(name, first) * step for name in observers])
 
     def _rgb_cmfs(self, name: str, luminance: float) -> Array:
         """Color matching functions (3, m) in linear sRGB at the points."""
