@@ -13,6 +13,7 @@ from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import luminance_from_linear_rgb
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping, combine
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 from spectral_core.volume.mitsuba_integrator.settings import (
     SceneVolume,
@@ -21,7 +22,7 @@ from spectral_core.volume.mitsuba_integrator.settings import (
     release,
     share,
 )
-from spectral_core.volume.renderer import Stepping, VolumeRenderer, combine
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 from tests.volume.cases import blob, two_tents
 

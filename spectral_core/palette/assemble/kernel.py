@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 class ColorKernel:
     """Integrals over one grid for O observers, in linear sRGB.
 
-    Observers other than the first standard one are scaled so that an equal-energy light has the same luminance for all,
+    Further observers are scaled so that an equal-energy light has the same luminance for them as for the first one,
     which makes their colors comparable. ``points_nm``, (m,), are the wavelengths of the sums: all knots of the grid and
     of the observer with the middles between them, on which Simpson's rule integrates the product of light, reflectance
     and color matching function without error.
@@ -44,8 +44,8 @@ class ColorKernel:
             step = _summed_by_cell(np.diff(self._edges)[:, None] * np.array([1.0, 4.0, 1.0]) / 6)
             self._at_points = grid.values_from_knots(self.points_nm)
         self._step = step
-        luminance = _equal_energy_luminance(standard)
-        self.rgb_cmfs = np.stack([self._rgb_cmfs(observer(name), luminance) * step for name in observers])
+        first = _equal_energy_luminance(observer(observers[0]))
+        self.rgb_cmfs = np.stack([self._rgb_cmfs(observer(name), first) * step for name in observers])
 
     def _cell_edges(self, knots_nm: Array | None) -> Array:
         standard, knots = observer(STANDARD).wavelengths_nm, self.grid.wavelengths_nm
