@@ -32,7 +32,6 @@ class ColorKernel:
     def __init__(self, grid: SpectralGrid, observers: tuple[str, ...], knots_nm: Array | None = None) -> None:
         self.grid = grid
         self.observers = observers
-        standard = observer(STANDARD)
         self._edges: Array | None = None
         if grid.interpolation == "sampled":
             self.points_nm, step = grid.wavelengths_nm, grid.cell_widths_nm
