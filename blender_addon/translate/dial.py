@@ -3,12 +3,7 @@
 
 
 def storage_of(dial):
-    """The Storage that ``dial`` asks for."""
-    from spectral_core.render.relight.storage import Storage
-    from spectral_core.spectra.spectrum import SpectralGrid
+    """The Storage that ``dial`` asks for: its words are the core's in capitals."""
+    from spectral_core.render.relight.storages import storage_named
 
-    if dial.storage == "DIAL":
-        return Storage.dial()
-    if dial.storage == "EXACT":
-        return Storage.exact(SpectralGrid.uniform(*RESOLUTION_NM))
-    return Storage.bands(int(dial.storage.removeprefix("BANDS")))
+    return storage_named(dial.storage.lower())
