@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.transfer import TransferFunction, interpolate
+from spectral_core.volume.transfer import Material, TransferFunction, interpolate
 
 Array = NDArray[np.float64]
 Curves = Callable[[Array], Array]
@@ -102,7 +102,7 @@ def support(transfer: TransferFunction) -> tuple[tuple[float, float, bool, bool]
     return tuple(sorted(set(pieces)))
 
 
-def _mirrored(material):  # type: ignore[no-untyped-def]
+def _mirrored(material: Material) -> Material:
     emission = None if material.emission is None else material.emission[::-1]
     return replace(material, values=-material.values[::-1], extinction=material.extinction[::-1], emission=emission)
 
