@@ -7,6 +7,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 from spectral_core.errors import InvalidInputError
 
 from ..editing.palette import live
+from ..properties.palette_cell import WISH
 from ..translate.palette import table
 from .common import UNDOABLE, palette_in, reporting, require_index
 
@@ -181,7 +182,7 @@ class SPECTRAL_OT_palette_spread(bpy.types.Operator):
         with table.paused():
             for place, other in table.places(palette):
                 if place != here and place[same] == here[same]:
-                    for name in ("weight", "exact", "use_box", "box_low", "box_high", "target", "mode"):
+                    for name in WISH:
                         setattr(other, name, getattr(cell, name))
                     table.fill_references(other)
         live.edited(palette)

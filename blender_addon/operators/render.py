@@ -20,7 +20,6 @@ def store_plan(settings, plan) -> None:
         line.choices = "|".join(decision.choices)
         line.is_overridable = decision.overridable
         line.is_artists = decision.source == "artist"
-    settings.plan_message = ""
 
 
 def _make_plan(context) -> None:

@@ -23,6 +23,8 @@ MODES = [
 ]
 REFERRING = ("SAME", "CONSTANT", "DISTINCT")
 BOXED = ("FREE", "SAME", "CONSTANT")
+WISH = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
+"""What a cell asks for, besides the cells that it refers to: copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
 WEIGHT_LIMIT = 1000.0

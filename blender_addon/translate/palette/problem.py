@@ -11,6 +11,7 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 from ...properties.palette_cell import BOXED, REFERRING
 from ..spectra.stored import spectrum_of
+from .settings import settings_of
 from .table import places, references
 
 
@@ -18,33 +19,13 @@ def palette_problem(palette) -> PaletteProblem:
     """What the table asks for. Raises InvalidInputError that names the row, column or cell at fault."""
     if not len(palette.lights) or not len(palette.materials):
         raise InvalidInputError("the table is empty; add a light and a material, or choose a preset")
-    grid = palette_grid(palette)
-    unbounded = (-np.inf, np.inf)
+    settings = settings_of(palette)
     return PaletteProblem(
-        grid=grid,
-        lights=tuple(_light(palette, light, grid) for light in palette.lights),
+        lights=tuple(_light(palette, light, settings["grid"]) for light in palette.lights),
         reflectances=tuple(_reflectance(material) for material in palette.materials),
         cells=tuple(tuple(_cell(palette, m, c) for c in range(len(m.cells))) for m in palette.materials),
-        smoothness=palette.smoothness,
-        smoothness_operator=palette.operator,
-        match=palette.match,
-        reflectance_bounds=unbounded if palette.allow_negative else (0.0, 1.0),
-        light_bounds=unbounded if palette.allow_negative else (0.0, np.inf),
-        rounds=palette.rounds,
-        scale_lights=palette.scale_lights,
-        observers=_observers(palette),
-        robustness=palette.robustness,
-        robust_weight=palette.robust_weight,
+        **settings,
     )
-
-
-def palette_grid(palette) -> SpectralGrid:
-    """The wavelengths that spectra are designed at."""
-    if palette.grid_stop <= palette.grid_start:
-        raise InvalidInputError(
-            f"the wavelengths run from {palette.grid_start:g} to {palette.grid_stop:g} nm; the second must be larger"
-        )
-    return SpectralGrid(np.linspace(palette.grid_start, palette.grid_stop, palette.grid_samples))
 
 
 def takes_seconds(palette) -> bool:
@@ -52,12 +33,6 @@ def takes_seconds(palette) -> bool:
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
     distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
     return distinct or (palette.robustness == "worst_case" and several)
-
-
-def _observers(palette) -> tuple[str, ...]:
-    """The standard observer always first: its colors are the targets."""
-    others = sorted(palette.observers - {"cie_1931_2deg"})
-    return ("cie_1931_2deg", *others)
 
 
 def _illuminant(holder, luminance: float, name: str) -> Illuminant:
