@@ -3,11 +3,12 @@
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.types import Context, PropertyGroup
 
 from .fields import Field, by_name
 
 
-def tag(properties, _context) -> None:
+def tag(properties: PropertyGroup, _context: Context) -> None:
     """Blender copies a changed property to the evaluated scene only when told."""
     properties.id_data.update_tag()
 

@@ -16,6 +16,7 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
+from bpy.types import Context, PropertyGroup
 
 from .fields import Field, by_name
 from .spectrum import SpectralSpectrum
@@ -50,7 +51,7 @@ RANGE_KEY = "spectral_range"
 """Least and greatest data value, kept as double precision on the data-block itself."""
 
 
-def _changed(properties, _context=None) -> None:
+def _changed(properties: PropertyGroup, _context: Context = None) -> None:
     """A change of ours is a change of the data-block: whoever keeps an evaluated copy of it must copy again."""
     properties.id_data.update_tag()
 

@@ -2,6 +2,7 @@
 """A palette problem (a preset, a file) laid out in the table, so that solving the table solves that problem."""
 
 import numpy as np
+from bpy.types import PropertyGroup
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem
 from spectral_core.spectra import catalogue
@@ -15,7 +16,7 @@ from .settings import require_storable, store_settings
 from .table import add_lamp, add_light, add_material, clear, paused, set_references
 
 
-def store_problem(palette, problem: PaletteProblem) -> list[str]:
+def store_problem(palette: PropertyGroup, problem: PaletteProblem) -> list[str]:
     """Replace the table by ``problem``; returns what it could not hold as it was, in words.
 
     Raises InvalidInputError, the table unchanged, where the problem asks for what the table has no place for.
@@ -40,7 +41,7 @@ def store_problem(palette, problem: PaletteProblem) -> list[str]:
     return notes
 
 
-def _store_light(palette, light: PaletteLight, luminance: float) -> None:
+def _store_light(palette: PropertyGroup, light: PaletteLight, luminance: float) -> None:
     column = add_light(palette, light.name)
     column.design = "DESIGNED" if light.free else "MEASURED"
     column.intensity = luminance / palette.brightness
@@ -55,7 +56,7 @@ def _store_light(palette, light: PaletteLight, luminance: float) -> None:
     column.keeps_luminance = light.luminance is not None
 
 
-def _store_lamp(spectral, spectrum: Illuminant) -> None:
+def _store_lamp(spectral: PropertyGroup, spectrum: Illuminant) -> None:
     """By its name where the catalogue has the very same spectrum, else by its values."""
     if spectrum.name in catalogue.illuminant_names():
         known = catalogue.illuminant(spectrum.name)
@@ -68,7 +69,7 @@ def _store_lamp(spectral, spectrum: Illuminant) -> None:
     store_spectrum(spectral, spectrum)
 
 
-def _store_cell(palette, place: tuple[int, int], wish: Cell) -> list[str]:
+def _store_cell(palette: PropertyGroup, place: tuple[int, int], wish: Cell) -> list[str]:
     material, light = palette.materials[place[0]], palette.lights[place[1]]
     cell = material.cells[place[1]]
     cell.mode = wish.mode.upper()
