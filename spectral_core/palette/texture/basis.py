@@ -54,7 +54,7 @@ def design_basis(
     """
     started = time.perf_counter()
     stimuli = np.asarray(matrix, dtype=np.float64)
-    rows, knots = stimuli.shape
+    rows = len(stimuli)
     if not rows <= count <= MOST_SPECTRA:
         raise InvalidInputError(
             f"{count} basis spectra for {rows // 3} lights; expected {rows} to {MOST_SPECTRA}, three per light or more"

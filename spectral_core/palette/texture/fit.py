@@ -97,7 +97,7 @@ class Fitter:
         return len(outside)
 
     def _between_corners(self, wanted: Texels) -> Texels:
-        """Multilinear interpolation (K, m) of the corners' weights: it reproduces every affine function of the color."""
+        """Multilinear interpolation (K, m) of the corners' weights; it reproduces affine functions of the color."""
         assert self.corner_weights is not None
         colors = self.corner_weights[[0, -1]] @ self.color_from_weights.T
         low, high = colors[0].astype(np.float32)[:, None], colors[1].astype(np.float32)[:, None]

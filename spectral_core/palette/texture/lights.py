@@ -124,7 +124,7 @@ def design_lights(
 
 
 class _Climb:
-    """The sequence of linear programs. ``kernels``: (m, 3, n), linear RGB rows of each primary on the texture's grid."""
+    """The sequence of linear programs. ``kernels``: (m, 3, n), linear RGB rows of each primary."""
 
     def __init__(self, leds: list[Illuminant], floor: float, share: float, daylight: Illuminant | None) -> None:
         self.leds, self.floor, self.share = leds, floor, share

@@ -84,7 +84,7 @@ def picture_losses(
                 own,
                 ghost,
                 delta_e[number],
-            )  # fmt: skip
+            )
         )
     return tuple(losses)
 

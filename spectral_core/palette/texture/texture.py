@@ -58,7 +58,7 @@ class Picture:
         rows = self.pixels[first:last].reshape(-1, 3).T
         if rows.dtype.kind == "f":
             return np.ascontiguousarray(rows, dtype=np.float32)
-        top = np.iinfo(rows.dtype).max
+        top = 255 if rows.dtype == np.uint8 else 65535
         table = linear_from_display_rgb(np.arange(top + 1) / top).astype(np.float32)
         return table[rows]
 

@@ -2,8 +2,9 @@
 """From one picture to spectra, with constraints: "this red looks brown under that lamp".
 
 A lattice of 13 x 13 x 13 colors in linear RGB holds the smoothest reflectances that have these colors under the first
-light. Trilinear interpolation keeps them exact and within [0, 1]. A constraint pulls the lattice's colors under a second
-light along a smooth bump in color space, so that far colors keep theirs.
+light. The shares of a quadratic B-spline between them are never negative and reproduce every affine function. So all
+colors stay exact under the first light, all reflectances stay within [0, 1], and nothing has a kink. A constraint moves
+the lattice's colors under a second light along a smooth bump in color space, so that far colors keep theirs.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ WIDTH = 0.12
 PULL = 300.0
 """Weight of the wanted color under the second light against smoothness."""
 CORRECTIONS = 6
+_KNOTS: Array = np.concatenate([[0.0, 0.0], np.arange(NODES - 1), [NODES - 2.0, NODES - 2.0]])
+"""Knots of the quadratic B-spline, in spans; the ends are threefold, so that the spline reaches the cube's faces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +73,7 @@ class Uplift:
     seconds: float
 
     def spectra(self, linear_rgb: ArrayLike) -> Array:
-        """Reflectances (m, n) of colors (m, 3), by trilinear interpolation.
+        """Reflectances (m, n) of colors (m, 3), by the quadratic B-spline of the lattice.
 
         Raises InvalidInputError for colors outside [0, 1].
         """
@@ -121,24 +124,42 @@ def _require_apart(pins: Sequence[Pin]) -> None:
                 )
 
 
+def _axis() -> Array:
+    """Positions (13,) of the nodes on one axis: the Greville abscissae of the quadratic B-spline with clamped ends."""
+    return (_KNOTS[1 : NODES + 1] + _KNOTS[2 : NODES + 2]) / 2 / (NODES - 2)
+
+
+def _along(values: Array) -> tuple[NDArray[np.intp], Array]:
+    """First node (m,) and the three shares (3, m) of the quadratic B-spline at ``values`` from 0 to 1 (de Boor)."""
+    position = values * (NODES - 2)
+    first = np.minimum(position.astype(np.intp), NODES - 3)
+    before, start, end, after = (_KNOTS[first + k] for k in (1, 2, 3, 4))
+    falling = (end - position) / (end - before)
+    rising = (position - start) / (after - start)
+    return first, np.stack(
+        [
+            (end - position) * falling,
+            (position - before) * falling + (after - position) * rising,
+            (position - start) * rising,
+        ]
+    )
+
+
 def _cell(colors: Array) -> tuple[NDArray[np.intp], Array]:
-    """Lattice nodes (m, 8) around colors (m, 3) and their trilinear shares (m, 8)."""
-    scaled = colors * (NODES - 1)
-    low = np.minimum(scaled.astype(np.intp), NODES - 2)
-    fraction = scaled - low
-    corners, shares = [], []
-    for offset in np.ndindex(2, 2, 2):
-        index = low + offset
-        corners.append((index[:, 0] * NODES + index[:, 1]) * NODES + index[:, 2])
-        shares.append(np.prod(np.where(offset, fraction, 1 - fraction), axis=1))
-    return np.stack(corners, axis=1), np.stack(shares, axis=1)
+    """Lattice nodes (m, 27) around colors (m, 3) and their shares (m, 27), which are never negative and sum to 1."""
+    firsts, shares = zip(*(_along(colors[:, axis]) for axis in range(3)), strict=True)
+    corners, products = [], []
+    for i, j, k in np.ndindex(3, 3, 3):
+        corners.append(((firsts[0] + i) * NODES + firsts[1] + j) * NODES + firsts[2] + k)
+        products.append(shares[0][i] * shares[1][j] * shares[2][k])
+    return np.stack(corners, axis=1), np.stack(products, axis=1)
 
 
 class _LatticeSolver:
     """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + PULL |N2 r - field|^2."""
 
     def __init__(self, first: Illuminant, second: Illuminant | None) -> None:
-        axis = np.linspace(0.0, 1.0, NODES)
+        axis = _axis()
         self.colors = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
         self.first = stimulus_matrix([first])
         self.second = None if second is None else stimulus_matrix([second])
@@ -149,7 +170,7 @@ class _LatticeSolver:
         self.smoothness = difference.T @ difference + 1e-4 * slope.T @ slope + 1e-9 * np.eye(knots)
 
     def solve(self, field: Array | None, only: NDArray[np.intp] | None = None) -> Array:
-        """Reflectances (m, n) of the nodes ``only`` (all by default); ``field``: (m, 3) wanted under the second light."""
+        """Reflectances (m, n) of the nodes ``only``; ``field``: (m, 3), colors wanted under the second light."""
         import daqp
 
         chosen = np.arange(len(self.colors)) if only is None else only
