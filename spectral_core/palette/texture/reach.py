@@ -52,10 +52,10 @@ def stimulus_matrix(
     for light in lights:
         xyz = xyz_from_product(light, grid, viewer)
         white = xyz.sum(axis=1)
-        if not np.all(white > 0):
+        if not white.min() > 1e-4 * white.max():  # also catches a light without power
             raise InvalidInputError(
-                f"light {light.name!r} has the white XYZ {white.tolist()} on {grid}; all three must be positive, "
-                "so give it power over the whole visible range"
+                f"light {light.name!r} has the white XYZ {white.tolist()} on {grid}; all three must be above "
+                "1/10,000 of the largest, so give it power over the whole visible range"
             )
         rows.append(RGB_FROM_XYZ @ (xyz * (WHITE_XYZ / white)[:, None]))
     return np.concatenate(rows)
