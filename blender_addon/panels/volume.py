@@ -32,11 +32,8 @@ def scene_light(scene: Scene) -> Illuminant:
             spectrum = spectrum_of(thing.data)
         except SpectralError:
             continue  # the light's own panel says what is wrong
-        shape = (
-            _daylight()
-            if spectrum is None
-            else normalized(_as_light(spectrum)).resampled(LIGHT_GRID, average=True).values
-        )
+        shape = _daylight() if spectrum is None else _shape(_as_light(spectrum))
+        together += thing.data.energy * shape
     return Illuminant("scene", LIGHT_GRID, together if together.any() else _daylight())
 
 
@@ -61,8 +58,9 @@ def swatch_of(entry: PropertyGroup, light: Illuminant) -> np.ndarray:
         spectrum = None
     shown = normalized(light) if entry.lit else normalized(catalogue.illuminant("D65"))
     if spectrum is None:
-        tint: np.ndarray = RGB_FROM_XYZ @ xyz_of(shown) / (RGB_FROM_XYZ @ xyz_of(normalized(catalogue.illuminant("D65"))))
-        linear = np.array(entry.color) * tint
+        daylight = normalized(catalogue.illuminant("D65"))
+        tint = (RGB_FROM_XYZ @ xyz_of(shown)) / (RGB_FROM_XYZ @ xyz_of(daylight))
+        linear: np.ndarray = np.array(entry.color) * tint
     else:
         linear = linear_rgb_from_xyz(xyz_of(shown, spectrum))
     return np.clip(display_rgb_from_linear(linear), 0.0, 1.0)

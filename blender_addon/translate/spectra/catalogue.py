@@ -30,7 +30,7 @@ def named(kind: str, name: str) -> Spectrum:
     return catalogue.reflectance(name) if kind == "reflectance" else catalogue.illuminant(name)
 
 
-def from_file(kind: Literal[illuminant, reflectance], path: str, entry: str) -> tuple[Spectrum, list[str]]:
+def from_file(kind: str, path: str, entry: str) -> tuple[Spectrum, list[str]]:
     """The spectrum ``entry`` of a file (the only one where ``entry`` is empty), and the names of all in it."""
     from spectral_core.spectra.files import read_spectra
 
