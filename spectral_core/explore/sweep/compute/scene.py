@@ -103,6 +103,8 @@ class SceneNode:
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
         elif any(path.startswith("lights[") for _, path in self.paths):
-            lines.append("lights are swept together with other properties, so every point is rendered; re-lighting needs "
-                         "a recording that several points share")  # fmt: skip
+            lines.append(
+                "lights are swept together with other properties, so every point is rendered; re-lighting needs a "
+                "recording that several points share"
+            )
         return lines
