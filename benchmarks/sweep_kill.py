@@ -48,7 +48,7 @@ def run(options: Options) -> dict[str, Any]:
         aside = len(store.ledger.rows("failed"))
     figures: dict[str, Any] = {
         "kills": sum(tally.values()), "killed_drivers": tally["driver"], "killed_workers": tally["worker"],
-        "points": points, "rows": len(first), "rows_equal": first == second, "half_written": torn,
+        "points": points, "rows": len(first), "rows_equal": first == second, "half_written": torn[:5],
         "most_completed": max(ends), "most_starts": max(starts), "begun_twice_or_more": sum(c > 1 for c in starts),
         "completed_twice": sum(c > 1 for c in ends), "set_aside": aside,
     }  # fmt: skip

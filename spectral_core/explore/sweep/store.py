@@ -173,10 +173,9 @@ class Store:
             if path.stem in known:
                 self.take_in(Receipt(path.stem, read_json(path)))
                 found += 1
-        for leftover in (self.folder / "image").glob(".*.tmp"):
-            leftover.unlink(missing_ok=True)  # of a worker that was ended while it wrote
-        for leftover in (self.folder / "outcome").glob(".*.tmp"):
-            leftover.unlink(missing_ok=True)
+        for place in (self.folder, self.folder / "image", self.folder / "outcome"):
+            for leftover in place.glob(".*.tmp"):  # of a process that was ended while it wrote
+                leftover.unlink(missing_ok=True)
         return found
 
     def columns(self) -> dict[str, list[Any]]:

@@ -87,8 +87,9 @@ class VolumeNode:
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
+        from spectral_core.volume.image import combine
         from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
-        from spectral_core.volume.renderer import Stepping, combine
+        from spectral_core.volume.renderer import Stepping
         from spectral_core.volume.view import View
 
         settings, document = {**SETTINGS, **dict(self.settings)}, self._document()
