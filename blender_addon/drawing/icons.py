@@ -8,7 +8,7 @@ import bpy
 import bpy.utils.previews
 import numpy as np
 
-from ..properties.spectrum import kind_in, stored_samples
+from ..translate.spectra.stored import kind_in, stored_samples
 from .curve_image import curve_picture, swatch_picture
 
 KEPT = 512

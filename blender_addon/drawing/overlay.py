@@ -7,7 +7,7 @@ Only this module uses the graphics card, only while Blender draws, and the geome
 import bpy
 import numpy as np
 
-from ..properties.spectrum import stored_samples
+from ..translate.spectra.stored import stored_samples
 from .curve_image import value_range
 from .curve_plot import Plot, side_by_side
 

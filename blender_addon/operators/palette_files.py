@@ -9,9 +9,11 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import live, palette_load, palette_solve
-from ..properties.palette_problem import palette_problem
-from ..properties.spectrum import spectrum_of
+from ..editing.palette import live
+from ..editing.palette import solve as palette_solve
+from ..translate.palette import load as palette_load
+from ..translate.palette.problem import palette_problem
+from ..translate.spectra.stored import spectrum_of
 from .common import UNDOABLE, palette_in, reporting
 
 
@@ -34,7 +36,7 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
             self.report({"WARNING"}, note)
         if palette_solve.solve_scene(context.scene) is None:
             self.report({"WARNING"}, palette.message)
-        live.redraw()
+        live.show()
 
 
 class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):

@@ -6,9 +6,10 @@ import bpy
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import display_rgb_from_linear
 
-from ..properties import live, palette_solve
-from ..properties import palette_table as table
-from ..properties.spectrum import spectrum_of, store_spectrum
+from ..editing.palette import live
+from ..editing.palette import solve as palette_solve
+from ..translate.palette import table
+from ..translate.spectra.stored import spectrum_of, store_spectrum
 from .common import UNDOABLE, palette_in, reporting
 
 MOST = 15
@@ -37,7 +38,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
             )
         palette = palette_in(context)
         table.clear(palette)
-        with live.paused():
+        with table.paused():
             for lamp in lights[:MOST]:
                 _add_light(palette, lamp)
             for material in materials[:MOST]:
@@ -47,7 +48,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
             self.report({"WARNING"}, f"{left} lights or materials are left out; the table holds {MOST} of each")
         if palette_solve.solve_scene(context.scene) is None:
             raise InvalidInputError(palette.message)
-        live.redraw()
+        live.show()
 
 
 def _unique(found) -> list:

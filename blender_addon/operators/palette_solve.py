@@ -5,11 +5,12 @@ import bpy
 from bpy.props import EnumProperty, IntProperty
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.spectra.observer import xyz_of
 
-from ..properties import live, palette_load, palette_solve
-from ..properties import palette_table as table
-from ..properties.spectrum import kind_of, spectrum_of, store_spectrum
+from ..editing.palette import live
+from ..editing.palette import solve as palette_solve
+from ..translate.palette import load as palette_load
+from ..translate.palette import table
+from ..translate.palette.apply import store_result
 from .common import UNDOABLE, palette_in, reporting
 
 PRESETS = [
@@ -67,7 +68,7 @@ def _solve(context):
     solution = palette_solve.solve_scene(context.scene)
     if solution is None:
         raise InvalidInputError(palette_in(context).message)
-    live.redraw()
+    live.show()
     return solution
 
 
@@ -143,18 +144,6 @@ def _apply_material(row) -> int:
     return 1
 
 
-def store_result(target, entry) -> None:
-    """Give ``target`` the solved spectrum of a row or column; a light also the brightness that the design gives it.
-
-    Raises InvalidInputError where the palette is not solved.
-    """
-    spectrum = spectrum_of(entry, "result")
-    if spectrum is None:
-        raise InvalidInputError(f"{entry.name!r} has no designed spectrum yet; solve the palette first")
-    luminous = kind_of(entry) == "illuminant"
-    store_spectrum(target.spectral, spectrum, strength=float(xyz_of(spectrum)[1]) if luminous else 1.0)
-
-
 class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     """Stop caring about one cell, and solve again"""
 
@@ -170,7 +159,7 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
         cells = dict(table.places(palette))
         if (self.row, self.column) not in cells:
             raise InvalidInputError(f"there is no cell in row {self.row}, column {self.column}")
-        with live.paused():
+        with table.paused():
             cells[self.row, self.column].mode = "IGNORE"
         _solve(context)
 

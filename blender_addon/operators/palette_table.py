@@ -6,8 +6,8 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import live
-from ..properties import palette_table as table
+from ..editing.palette import live
+from ..translate.palette import table
 from .common import UNDOABLE, palette_in, reporting, require_index
 
 SIDES = [("LIGHT", "Light", "A column", 0), ("MATERIAL", "Material", "A row", 1)]
@@ -178,7 +178,7 @@ class SPECTRAL_OT_palette_spread(bpy.types.Operator):
             raise InvalidInputError("the palette is empty; add a light and a material first")
         here = (palette.active_row, palette.active_column)
         same = 1 if self.side == "LIGHT" else 0
-        with live.paused():
+        with table.paused():
             for place, other in table.places(palette):
                 if place != here and place[same] == here[same]:
                     for name in ("weight", "exact", "use_box", "box_low", "box_high", "target", "mode"):
@@ -200,7 +200,7 @@ class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):
     def execute(self, context):
         palette = palette_in(context)
         require_index("light", palette.active_column, len(palette.lights))
-        with live.paused():
+        with table.paused():
             entry = table.add_lamp(getattr(palette.lights[palette.active_column], self.to.lower()), self.lamp)
             entry.spectral.source = "CATALOGUE"
             entry.spectral.catalogue_name = self.lamp

@@ -6,9 +6,10 @@ from bpy.props import EnumProperty, StringProperty
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties.spectrum import kind_of, reload
+from ..editing.spectrum import reload
+from ..translate.palette.apply import store_result
+from ..translate.spectra.stored import kind_of
 from .common import UNDOABLE, palette_in, reporting
-from .palette_solve import store_result
 
 CARRIERS = [
     ("MATERIAL", "Material", "The active material", 0),

@@ -7,10 +7,10 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import volume as stored
-from ..properties import volume_transfer
+from ..translate.palette.apply import store_result
+from ..translate.volume_looks import curves as stored
+from ..translate.volume_looks import transfer as volume_transfer
 from .common import UNDOABLE, palette_in, reporting
-from .palette_solve import store_result
 
 PRESETS = [
     ("wide", "Wide", "Three overlapping, mostly transparent materials over the whole range", 0),

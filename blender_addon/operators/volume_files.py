@@ -19,8 +19,8 @@ from bpy_extras.io_utils import ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import volume_transfer
 from ..properties.volume import RANGE_KEY
+from ..translate.volume_looks import transfer as volume_transfer
 from .common import UNDOABLE, reporting
 from .volume import PRESETS
 

@@ -2,7 +2,7 @@
 """Below the table: the selected cell, its light and its material."""
 
 from ..properties.palette_cell import BOXED, REFERRING
-from ..properties.palette_table import active_cell, may_refer, references
+from ..translate.palette.table import active_cell, may_refer, references
 from .parts import draw_curve, draw_source, wrapped
 
 HINTS = {

@@ -6,7 +6,7 @@ import textwrap
 import bpy
 
 from ..drawing.icons import curve_icon, swatch_icon
-from ..properties.spectrum import kind_in
+from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, swatches_of
 
 CHARACTER_PIXELS = 6.4

@@ -11,7 +11,7 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from
 from spectral_core.spectra.observer import normalized, observer, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
-from ..properties.spectrum import kind_in, stored_samples
+from ..translate.spectra.stored import kind_in, stored_samples
 
 LAMPS = (("Day", "D65"), ("Bulb", "A"), ("Tube", "FL11"), ("Sodium", "HP1"))
 SURFACES = (("Skin", "light skin"), ("Red", "red"), ("Green", "green"), ("Blue", "blue"))

@@ -14,8 +14,8 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 from ..drawing.icons import swatch_icon
 from ..operators.volume import volume_in
-from ..properties.spectrum import spectrum_of
-from ..properties.volume import curve_node
+from ..translate.spectra.stored import spectrum_of
+from ..translate.volume_looks.curves import curve_node
 from .parts import draw_curve, draw_source, draw_swatches, is_editable, wrapped
 
 LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)

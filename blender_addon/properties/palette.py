@@ -13,12 +13,12 @@ from bpy.props import (
     StringProperty,
 )
 
-from spectral_core.spectra.color import WHITE_XYZ
-
-from .live import catch_up, edited
-from .palette_cell import SpectralPaletteCell
+from .hooks import Topic, announces
+from .palette_cell import SpectralPaletteCell, edited
 from .spectrum import SpectralSpectrum
 
+WHITE_XYZ = (0.95047167, 0.99995703, 1.08897820)
+"""White of sRGB, D65 of 2° and luminance 1; a test compares it with the core's."""
 DESIGN = [
     ("MEASURED", "Measured", "Keep a measured spectrum as it is", "IMPORT", 0),
     ("DESIGNED", "Designed", "Let the palette find the spectrum", "MOD_SIMPLIFY", 1),
@@ -60,7 +60,7 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
         name="Look White", default=False, update=edited, description="The light itself must look white (D65)"
     )
     white_xyz: FloatVectorProperty(
-        name="White", size=3, default=tuple(WHITE_XYZ), description="The white that it must look like, as XYZ; D65"
+        name="White", size=3, default=WHITE_XYZ, description="The white that it must look like, as XYZ; D65"
     )
     use_primaries: BoolProperty(
         name="Mix from Lamps", default=False, update=edited,
@@ -110,7 +110,10 @@ class SpectralPalette(bpy.types.PropertyGroup):
     active_column: IntProperty(name="Light", min=0, description="Column of the selected cell")
 
     live: BoolProperty(
-        name="Live", default=True, update=catch_up, description="Solve again at every change of a wish, weight or light"
+        name="Live",
+        default=True,
+        update=announces(Topic.PALETTE_LIVE),
+        description="Solve again at every change of a wish, weight or light",
     )
     show_curves: BoolProperty(
         name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"

@@ -73,12 +73,4 @@ class SpectralRender(bpy.types.PropertyGroup):
 CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralRender)
 
 
-def overrides_of(settings) -> dict[str, str]:
-    """Effect → value that the artist chose instead of the plan's."""
-    chosen = {each.name: each.value for each in settings.overrides}
-    if settings.transport != "AUTO":
-        chosen["transport"] = settings.transport.lower()
-    return chosen
-
-
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

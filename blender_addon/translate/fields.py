@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
 from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.color import LUMINANCE_FROM_RGB, linear_rgb_from_xyz
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from .images import linear_pixels, with_pixels
 
 Array = NDArray[Any]
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+LUMINANCE = LUMINANCE_FROM_RGB
 """Of linear sRGB (IEC 61966-2-1): what Blender takes where a color meets a number socket."""
 
 

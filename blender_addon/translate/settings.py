@@ -8,8 +8,6 @@ from typing import Any
 
 from spectral_core.scene import RenderSettings
 
-from ..properties.render import overrides_of
-
 
 @dataclass(frozen=True)
 class Sampling:
@@ -35,3 +33,11 @@ def settings_of(scene: Any) -> RenderSettings:
         tolerance_delta_e=settings.tolerance,
         overrides=tuple(sorted(chosen.items())),
     )
+
+
+def overrides_of(settings: Any) -> dict[str, str]:
+    """Effect → value that the artist chose instead of the plan's."""
+    chosen = {each.name: each.value for each in settings.overrides}
+    if settings.transport != "AUTO":
+        chosen["transport"] = settings.transport.lower()
+    return chosen

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.phase import PhaseBuilder
 from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
-from spectral_core.palette.report import EXACT_LIMIT, exact_error, wanted_colors
+from spectral_core.palette.report import EXACT_LIMIT, exact_error, state_errors
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
 from spectral_core.palette.solve import SolveTrace, alternate
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 Array = NDArray[np.float64]
 
@@ -86,7 +85,13 @@ def _own_remedy(problem: PaletteProblem, cell: CellIndex) -> str:
 
 
 def _name(problem: PaletteProblem, cell: CellIndex) -> str:
-    return f"“{problem.reflectances[cell[0]].name}” under “{problem.lights[cell[1]].name}”"
+    rows, columns = [item.name for item in problem.reflectances], [light.name for light in problem.lights]
+    return f"{_told_apart(rows, cell[0])} under {_told_apart(columns, cell[1])}"
+
+
+def _told_apart(names: list[str], index: int) -> str:
+    """A name in quotes, with its number where another one is called the same."""
+    return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")
 
 
 def _neighbors(solution: PaletteSolution, cell: CellIndex) -> list[CellIndex]:
@@ -115,11 +120,8 @@ def _error_without(solution: PaletteSolution, cell: CellIndex, released: CellInd
     wishes = compiled_wishes(problem)
     builder = PhaseBuilder(problem, wishes)
     state = alternate(builder, solution.state, SolveTrace(), rounds=min(3, problem.rounds))
-    actual = state.colors()
-    wanted = wanted_colors(wishes, actual)[cell]
-    if not np.isfinite(wanted).all():
-        return 0.0
-    return float(delta_e_2000(lab_from_linear_rgb(wanted), lab_from_linear_rgb(actual[cell])))
+    error = float(state_errors(problem, wishes, state).delta_e_2000[cell])
+    return error if np.isfinite(error) else 0.0
 
 
 def _released(problem: PaletteProblem, released: CellIndex) -> PaletteProblem:

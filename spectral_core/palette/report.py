@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
 from spectral_core.palette.assemble.phase import PhaseBuilder
 from spectral_core.palette.assemble.wishes import Wishes
+from spectral_core.palette.cell_errors import CellErrors, cell_errors
 from spectral_core.palette.live.state import PaletteState
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.least_squares import Check
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.color import XYZ_FROM_RGB
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 if TYPE_CHECKING:
@@ -25,17 +26,22 @@ Array = NDArray[np.float64]
 
 EXACT_LIMIT = 1e-6
 """Linear RGB by which an exact cell may be off."""
+WHITE_LIMIT = 1e-6
+"""Distance, relative to the white, within which primaries count as making it."""
 
 
 def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> PaletteSolution:
     """The solution that ``state`` is."""
     problem, wishes = builder.problem, builder.wishes
     actual = state.colors()
-    wanted = wanted_colors(wishes, actual)
-    error = delta_e_2000(lab_from_linear_rgb(wanted), lab_from_linear_rgb(actual))
+    errors = state_errors(problem, wishes, state)
+    wanted, error = errors.target_linear_rgb, errors.delta_e_2000
     bounds = bound_violation(problem, state)
     kkt = max((answer.check.kkt for answer in trace.answers.values()), default=0.0)
-    status = _status(builder, state, trace, bounds, error)
+    whites = unreachable_whites(problem, state)
+    status = _status(builder, state, trace, bounds, errors)
+    if whites:
+        status = PaletteStatus.EXACT_CONFLICT
     if status is PaletteStatus.INVISIBLE:
         trace.notes.extend(f"light {problem.lights[j].name!r} gives no color" for j in invisible_lights(builder, state))
     return PaletteSolution(
@@ -45,11 +51,13 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         target_linear_rgb=wanted,
         actual_linear_rgb=actual,
         delta_e_2000=error,
-        residuals=criterion_residuals(builder, state, wanted, actual) | _worst_case_left(trace),
+        residuals=criterion_residuals(builder, state, wanted, actual)
+        | ({"worst_pair_delta_e_2000": errors.worst_pair_delta_e_2000} if wishes.groups else {})
+        | _worst_case_left(trace),
         kkt_residual=kkt,
         bound_violation=bounds,
         status=status,
-        remedy=REMEDIES[status],
+        remedy=_white_remedy(problem, whites) if whites else REMEDIES[status],
         rounds=trace.rounds,
         engines=tuple(name for name, _ in trace.engines.most_common()),
         notes=tuple(trace.notes),
@@ -66,18 +74,33 @@ def _worst_case_left(trace: SolveTrace) -> dict[str, float]:
     return {} if trace.worst_case_left is None else {"worst_case_left": trace.worst_case_left}
 
 
-def wanted_colors(wishes: Wishes, actual: Array) -> Array:
-    """(R, L, 3): targets, and for groups the weighted mean of what their members show, held in the box; else NaN."""
-    wanted = np.full(actual.shape, np.nan)
-    for group in wishes.groups:
-        weights = np.maximum(np.array(group.weights), 1e-12)
-        shown = np.stack([actual[cell] for cell in group.members])
-        common = np.clip(weights @ shown / weights.sum(), group.box[0], group.box[1])
-        for cell in group.members:
-            wanted[cell] = common
-    for target in wishes.targets:
-        wanted[target.cell] = target.color
-    return wanted
+def state_errors(problem: PaletteProblem, wishes: Wishes, state: PaletteState) -> CellErrors:
+    """What every cell misses at a state, over all observers and variants."""
+    return cell_errors(problem, wishes, [state.colors(condition) for condition in wishes.conditions])
+
+
+def unreachable_whites(problem: PaletteProblem, state: PaletteState) -> list[int]:
+    """Designed lights whose white no amounts of their primaries can make."""
+    from scipy.optimize import nnls
+
+    found = []
+    for j, (light, basis) in enumerate(zip(problem.lights, state.light_bases, strict=True)):
+        if light.white_xyz is None or basis is None or problem.light_bounds[0] < 0:
+            continue
+        xyz = XYZ_FROM_RGB @ (state.kernel.rgb_cmfs[0] @ basis)
+        size = np.maximum(np.abs(xyz).max(axis=0), 1e-300)
+        _, miss = nnls(xyz / size, light.white_xyz / light.white_xyz.max())
+        if miss > WHITE_LIMIT:
+            found.append(j)
+    return found
+
+
+def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
+    names = ", ".join(f"“{problem.lights[j].name}”" for j in whites)
+    return (
+        f"The primaries of {names} cannot make the white that the light must show, in any amounts. Add a primary on "
+        "the other side of that white, choose another white, or do not ask for one."
+    )
 
 
 def invisible_lights(builder: PhaseBuilder, state: PaletteState) -> list[int]:
@@ -121,7 +144,7 @@ def exact_error(wishes: Wishes, actual: Array) -> tuple[float, list[CellIndex]]:
 
 
 def _status(
-    builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, bounds: float, error: Array
+    builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, bounds: float, errors: CellErrors
 ) -> PaletteStatus:
     answers = trace.answers.values()
     worst, _ = exact_error(builder.wishes, state.colors())
@@ -131,8 +154,7 @@ def _status(
         return PaletteStatus.INACCURATE
     if invisible_lights(builder, state):
         return PaletteStatus.INVISIBLE
-    missed = np.isfinite(error) & (error > VISIBLE_DELTA_E)
-    return PaletteStatus.COMPROMISE if missed.any() else PaletteStatus.SOLVED
+    return PaletteStatus.COMPROMISE if errors.largest > VISIBLE_DELTA_E else PaletteStatus.SOLVED
 
 
 def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:

@@ -78,11 +78,11 @@ class PaletteSolution:
     reflectances: tuple[Spectrum, ...]
     """``Reflectance`` each, unless values outside [0, 1] were asked for."""
     target_linear_rgb: Array
-    """(R, L, 3): the color wanted; for same and constant cells the common color found; NaN where nothing is wanted."""
+    """(R, L, 3): the color wanted; for same and constant cells that of the cell referred to; NaN where none is."""
     actual_linear_rgb: Array
     """(R, L, 3), for the first observer."""
     delta_e_2000: Array
-    """(R, L): between them; NaN where nothing is wanted."""
+    """(R, L): between them, the largest over all observers and variants; NaN where nothing is wanted."""
     residuals: dict[str, float]
     """Root mean square by criterion: "color" (linear RGB), "smoothness", "subspace", "robust"."""
     kkt_residual: float
@@ -108,6 +108,6 @@ class PaletteSolution:
 
     @property
     def max_delta_e_2000(self) -> float:
-        """Largest color error of all cells that want a color; 0 if none does."""
+        """Largest error of any cell, and of any pair of cells that are to look the same; 0 if nothing is asked."""
         known = self.delta_e_2000[np.isfinite(self.delta_e_2000)]
-        return float(known.max()) if known.size else 0.0
+        return max(float(known.max(initial=0.0)), self.residuals.get("worst_pair_delta_e_2000", 0.0))

@@ -30,7 +30,7 @@ def test_apply_then_render_is_the_dialled_picture_and_restore_takes_it_back(stag
     before = f12()
     dial.selector = (0.3, -0.4)
     dial.intensity = 2.5
-    from blender_addon.properties.light_dial_live import weights_of
+    from blender_addon.editing.dial.live import weights_of
 
     weights = dict(zip(bulbs(dial), weights_of(dial), strict=True))
     bpy.ops.spectral.dial_apply()
@@ -69,7 +69,7 @@ def test_a_keyframed_selector_moves_the_picture_with_the_frames(dial, picture, s
         dial.selector = place
         assert dial.keyframe_insert("selector", frame=frame)
     dial.intensity = 1.0
-    from blender_addon.properties.light_dial_live import live_mix, weights_of
+    from blender_addon.editing.dial.live import live_mix, weights_of
 
     seen = []
     for frame in (1, 3, 5):
@@ -141,7 +141,7 @@ def test_a_deleted_light_is_said_and_nothing_is_written(dial):
 
 
 def test_bake_makes_one_light_of_the_mixed_spectrum(stage, dial):
-    from blender_addon.properties.spectrum import spectrum_of
+    from blender_addon.translate.spectra.stored import spectrum_of
     from spectral_core.spectra.color import linear_rgb_from_xyz
     from spectral_core.spectra.observer import xyz_of
 

@@ -125,7 +125,7 @@ def test_a_white_that_the_primaries_cannot_make_is_said():
     surface = PaletteReflectance("skin", reflectance("light skin"))
     solution = solve_palette(PaletteProblem(GRID, (light,), (surface,), ((Cell.fixed((0.45, 0.25, 0.18)),),)))
     assert solution.status == "exact_conflict"
-    assert "what a light must look like" in solution.remedy
+    assert "“LED-B1” cannot make the white" in solution.remedy
 
 
 def test_lights_are_brightened_until_reflectances_fit():

@@ -9,7 +9,7 @@ from spectral_core.volume.march.bricks import brick_statistics, voxel_statistics
 from spectral_core.volume.march.march_input import REFERENCE, Limits
 from spectral_core.volume.march.rules import EMPTY, RangeTables, step_grid
 from spectral_core.volume.march.tables import tabulate
-from spectral_core.volume.plan import snr_db
+from spectral_core.volume.pilot import snr_db
 from spectral_core.volume.presets import preset
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import Material, TransferFunction
@@ -74,7 +74,8 @@ def test_slopes_survive_data_whose_squares_do_not(scale, rng):
 @pytest.mark.parametrize("name", ["marschner-lobb", "noise", "shells", "gaussians"])
 def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
     pytest.importorskip("drjit")
-    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+    from spectral_core.volume.image import Stepping
+    from spectral_core.volume.renderer import VolumeRenderer
 
     volume = sample_volume(name, 40)
     transfer = preset("narrow", volume)
@@ -95,7 +96,8 @@ def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
 
 def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
     pytest.importorskip("drjit")
-    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+    from spectral_core.volume.image import Stepping
+    from spectral_core.volume.renderer import VolumeRenderer
 
     line = np.linspace(0.0, 1.0, 65)
     volume = ScalarVolume("ramp", np.broadcast_to(line[:, None, None], (65, 65, 65)).copy())
@@ -109,7 +111,8 @@ def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
 
 def through(volume, transfer, origin, direction, scale):
     """Transmittance of one ray, marched with midpoints by the `error` rule and by fine uniform steps."""
-    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+    from spectral_core.volume.image import Stepping
+    from spectral_core.volume.renderer import VolumeRenderer
 
     ahead = np.asarray(origin) + np.asarray(direction)
     view = View.looking(origin, ahead, [0.0, 0.3, 1.0], width=1, height=1, fov_deg=None, ortho_width=1e-6)

@@ -101,12 +101,17 @@ def compiled_wishes(problem: PaletteProblem) -> Wishes:
 
 
 def _weighs(cell: Cell) -> bool:
+    """Whether a cell asks for anything; one of weight 0 that need not be exact does not."""
+    if cell.weight == 0 and not cell.exact:
+        return False
     return cell.mode not in (CellMode.IGNORE, CellMode.DISTINCT) and not (
         cell.mode is CellMode.FREE and cell.box is None
     )
 
 
 def _target(at: CellIndex, cell: Cell, weights: dict[CellIndex, float]) -> Target | None:
+    if at not in weights:
+        return None
     if cell.mode is CellMode.FIXED:
         assert cell.target is not None
         return Target(at, cell.target, weights[at], cell.exact)
@@ -129,7 +134,7 @@ def _groups(problem: PaletteProblem, weights: dict[CellIndex, float]) -> tuple[G
     for i, row in enumerate(problem.cells):
         for j, cell in enumerate(row):
             at = (i, j)
-            if cell.mode not in (CellMode.SAME, CellMode.CONSTANT) and cell.box is None:
+            if at not in weights or (cell.mode not in (CellMode.SAME, CellMode.CONSTANT) and cell.box is None):
                 continue
             find(at)
             members = (at, *cell.others)

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.compiled import is_simple
 from spectral_core.palette.assemble.phase import PhaseBuilder
 from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
+from spectral_core.palette.cell_errors import CellErrors
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.live.solver import LiveSolver
 from spectral_core.palette.live.state import PaletteState, initial_state
 from spectral_core.palette.problem import Cell, CellIndex, PaletteProblem
-from spectral_core.palette.report import reported, wanted_colors
+from spectral_core.palette.report import reported, state_errors
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.solve import SolveTrace, alternate, solve_palette
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 Array = NDArray[np.float64]
 
@@ -42,14 +42,19 @@ class LivePalette:
     seconds: float
 
     @cached_property
+    def errors(self) -> CellErrors:
+        """What every cell misses."""
+        return state_errors(self.problem, compiled_wishes(self.problem), self.state)
+
+    @property
     def target_linear_rgb(self) -> Array:
         """(R, L, 3): wanted colors, NaN where none."""
-        return wanted_colors(compiled_wishes(self.problem), self.actual_linear_rgb)
+        return self.errors.target_linear_rgb
 
-    @cached_property
+    @property
     def delta_e_2000(self) -> Array:
         """(R, L): error of each cell, NaN where nothing is wanted."""
-        return delta_e_2000(lab_from_linear_rgb(self.target_linear_rgb), lab_from_linear_rgb(self.actual_linear_rgb))
+        return self.errors.delta_e_2000
 
 
 class PaletteSession:

@@ -20,6 +20,7 @@ from spectral_core.palette.assemble.criteria import second_differences
 from spectral_core.palette.assemble.phase import COLOR_NORM
 from spectral_core.palette.assemble.phase_solve import solve_phase
 from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
+from spectral_core.palette.cell_errors import cell_errors
 from spectral_core.palette.paint.fluorescence import (
     FluorescentDye,
     FluorescentSurface,
@@ -29,8 +30,7 @@ from spectral_core.palette.paint.fluorescence import (
 )
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.least_squares import Block, Check, Link, LinkedLeastSquares
-from spectral_core.palette.report import EXACT_LIMIT, exact_error, wanted_colors
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
@@ -126,14 +126,14 @@ class _Design:
     def solution(self, check: Check, rounds: int) -> FluorescentSolution:
         """What the present spectra are."""
         actual = self.colors()
-        wanted = wanted_colors(self.wishes, actual)
+        errors = cell_errors(self.problem, self.wishes, [actual])
         return FluorescentSolution(
             self.problem,
             tuple(self.surfaces),
             tuple(self.lights),
-            wanted,
+            errors.target_linear_rgb,
             actual,
-            delta_e_2000(lab_from_linear_rgb(wanted), lab_from_linear_rgb(actual)),
+            errors.delta_e_2000,
             check,
             exact_error(self.wishes, actual)[0],
             rounds,

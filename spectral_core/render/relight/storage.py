@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Bands
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import STANDARD, observer
+from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, observer
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -114,8 +114,7 @@ class Storage:
         if self.grid is None:
             raise InvalidInputError("a 'dial' transport holds no spectra; record 'bands' or 'exact' for new ones")
         if self.kind == "bands":
-            weighted = _reaching_hats(self.grid) * light.at(WAVELENGTHS_NM)
-            return RGB_FROM_XYZ @ (_cmfs() @ weighted.T)
+            return _rgb_from_reaching_hats(light, self.grid)
         amounts = light.at(self.grid.wavelengths_nm)
         return (amounts[None, :, None] * RGB_FROM_XYZ[:, None, :]).reshape(3, -1)
 
@@ -140,6 +139,16 @@ def _hats_times_cmfs(grid: SpectralGrid) -> Bands:
 
 def _cmfs() -> Array:
     return observer(STANDARD).cmfs
+
+
+def _rgb_from_reaching_hats(light: Spectrum, grid: SpectralGrid) -> Array:
+    """Linear sRGB (3, n) of ``light`` times each of ``_reaching_hats``, integrated exactly."""
+    ends = (np.array([nm]) for nm in (FIRST_NM - 1.0, LAST_NM + 1.0))
+    reaching = SpectralGrid(np.concatenate([next(ends), grid.wavelengths_nm, next(ends)]))
+    matrix = linear_rgb_from_product(light, reaching)
+    matrix[:, 1] += matrix[:, 0]  # up to the first knot both hats sum to 1, as the outermost band does
+    matrix[:, -2] += matrix[:, -1]
+    return matrix[:, 1:-1]
 
 
 def _reaching_hats(grid: SpectralGrid) -> Array:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.device import is_scalar
 from spectral_core.volume.march.loop import march
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
@@ -20,7 +21,7 @@ from spectral_core.volume.mitsuba_integrator.scene_light import Lit, surface_lig
 from spectral_core.volume.mitsuba_integrator.scene_march import Placed, WorldRay, march_scene
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings, read_settings, read_volumes
 from spectral_core.volume.plan import Plan, plan
-from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
 _registered: set[str] = set()
@@ -104,6 +105,10 @@ class SceneFields:
         renderer = self.renderers[number]
         made = plan(renderer, view, item.transfer, wish.quality, rule=wish.rule, quadrature=quadrature)  # type: ignore[arg-type]
         self.plans[number] = made
+        if made.shortfall:
+            import mitsuba as mi
+
+            mi.Log(mi.LogLevel.Warn, f"volume {item.volume.name!r}: {made.shortfall}")
         return made.stepping
 
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.spectra.color import luminance_from_linear_rgb
 from spectral_core.volume.march.device import is_scalar
 from spectral_core.volume.transfer import TransferFunction
 
 Array = NDArray[np.float64]
-_LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 
 
 class SceneColors:
@@ -33,7 +33,7 @@ class SceneColors:
             self.materials = len(table)
         else:
             rgb = _shown_rgb(transfer, "D65" if reflectances else light)
-            rgb = (rgb @ _LUMINANCE)[:, None] if mi.is_monochromatic else rgb
+            rgb = luminance_from_linear_rgb(rgb)[:, None] if mi.is_monochromatic else rgb
             self.fixed = [[_number(types, v) for v in row] for row in rgb]
 
     def at(self, wavelengths: Any) -> list[Any]:

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Record what each light brings to the picture, or load what was recorded; the dial gets its bulbs."""
+
+import contextlib
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+from bpy_extras.io_utils import ImportHelper
+
+from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
+
+from .. import jobs
+from ..editing.dial import live
+from ..editing.dial.members import Member, members_of, store_members
+from ..translate.dial import storage_of
+from .common import UNDOABLE, reporting
+from .dial import dial_in, reset
+
+
+@dataclass
+class _Recording:
+    """A transport render: everything it needs of Blender was read before it starts, so a thread may run it."""
+
+    scene: Any
+    storage: Any
+    one_per_light: bool
+    members: list[Member]
+    progress: float = 0.0
+    stop: bool = False
+    transport: Any = None
+    error: Exception | None = None
+    thread: threading.Thread | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(cls, context):
+        """Translate the scene and find what shines in it."""
+        dial, scene = dial_in(context), _as_rendered(context)
+        names = {thing.name for thing in (*scene.lights, *scene.instances)}
+        shown = [thing for thing in bpy.data.objects if thing.name_full in names]
+        return cls(scene, storage_of(dial), dial.one_per_light, members_of(context.scene, shown, dial.one_per_light))
+
+    def run(self) -> None:
+        """Render; an error is kept for whoever waits."""
+        from spectral_core.render.relight.transport import record_transport
+
+        try:
+            self.transport = record_transport(
+                self.scene, self.storage, one_per_light=self.one_per_light, render=jobs.render,
+                on_progress=self._note, should_stop=lambda: self.stop,
+            )  # fmt: skip
+        except Exception as error:
+            self.error = error
+
+    def _note(self, progress) -> None:
+        self.progress = progress.samples / progress.total
+
+
+def _as_rendered(context):
+    """The scene as F12 sees it, which is not what the viewport shows: a render that stops once it is translated."""
+    caught: list[Any] = []
+
+    def catch(scene):
+        caught.append(scene)
+        raise RenderCancelled("only the scene was asked for")
+
+    render = context.scene.render
+    engine, render.engine = render.engine, "SPECTRAL"
+    try:
+        with jobs.request(jobs.RenderRequest(translated=catch)):
+            bpy.ops.render.render(scene=context.scene.name)
+    except RuntimeError as error:
+        raise InvalidInputError(str(error).strip().removeprefix("Error: ")) from error
+    finally:
+        render.engine = engine
+    if not caught:
+        raise InvalidInputError("Blender did not start the render; is there a camera?")
+    return caught[0]
+
+
+def _keep(context, recording: _Recording) -> None:
+    """Write the file, give the dial its bulbs. Bulbs that were there before keep their places."""
+    from spectral_core.render.relight.transport_file import write_transport
+
+    if recording.error is not None:
+        raise recording.error
+    transport, dial = recording.transport, dial_in(context)
+    path = live.transport_path(dial)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_transport(path, transport)
+    _take(context.scene, transport, recording.members)
+    live.remember(context.scene, transport)
+    with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
+        live.show(context.scene)
+
+
+def _take(scene, transport, members: list[Member]) -> None:
+    """Fit the dial to a transport's light groups."""
+    dial = scene.spectral.dial
+    dial.scene_hash = ""  # no picture yet: the bulbs change one by one
+    if tuple(bulb.name for bulb in dial.bulbs) != transport.groups:
+        dial.bulbs.clear()
+        for group in transport.groups:
+            dial.bulbs.add().name = group
+        reset(dial)
+    if transport.storage.kind == "dial":
+        for bulb in dial.bulbs:
+            bulb.lamp = ""
+    store_members(dial.bulbs, members)
+    _color_bulbs(dial, transport)
+    width, height = transport.size
+    dial.facts = f"{width}×{height}, {transport.samples} samples, {transport.storage.kind} storage"
+    dial.message = ""
+    dial.scene_hash = transport.scene_hash
+
+
+def _color_bulbs(dial, transport) -> None:
+    """Each bulb looks as its light does; white where a group's lights differ."""
+    import numpy as np
+
+    from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
+    from spectral_core.spectra.observer import xyz_of
+
+    for bulb, light in zip(dial.bulbs, transport.lights, strict=True):
+        linear = np.ones(3) if light is None else np.maximum(linear_rgb_from_xyz(xyz_of(light)), 0.0)
+        bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
+
+
+class SPECTRAL_OT_dial_record(bpy.types.Operator):
+    """Render what each light brings to the picture, so that the light can be decided later. Esc stops it"""
+
+    bl_idname = "spectral.dial_record"
+    bl_label = "Record"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context):
+        recording = _Recording.of(context)
+        recording.run()
+        _keep(context, recording)
+        self.report({"INFO"}, f"recorded: {dial_in(context).facts}")
+
+    def invoke(self, context, _event):
+        try:
+            self._recording = _Recording.of(context)
+        except SpectralError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._recording.thread = threading.Thread(target=self._recording.run, daemon=True)
+        self._recording.thread.start()
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(0.1, window=context.window)
+        manager.progress_begin(0, 100)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self._recording.stop = True
+        if event.type != "TIMER":
+            return {
+                "RUNNING_MODAL"
+            }  # the scene must not change under the render's feet: its lights are kept at the end
+        context.window_manager.progress_update(100 * self._recording.progress)
+        if self._recording.thread.is_alive():
+            return {"RUNNING_MODAL"}
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        return self._finish(context)
+
+    def _finish(self, context):
+        try:
+            _keep(context, self._recording)
+        except RenderCancelled:
+            self.report({"WARNING"}, "stopped; the dial is as it was")
+            return {"CANCELLED"}
+        except (SpectralError, OSError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        live.redraw_dial()
+        return {"FINISHED"}
+
+
+class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
+    """Use a transport that was recorded before from this very scene, here or by the command line"""
+
+    bl_idname = "spectral.dial_load"
+    bl_label = "Load Transport"
+    bl_options = UNDOABLE
+    filename_ext = ".exr"
+    filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context):
+        from spectral_core.render.relight.transport_file import read_transport
+        from spectral_core.scene import scene_hash
+
+        path = bpy.path.abspath(self.filepath)
+        recording, dial = _Recording.of(context), dial_in(context)
+
+        transport = read_transport(Path(path), scene_hash=scene_hash(recording.scene))
+        _require_grouping(transport, recording)
+        dial.filepath = self.filepath
+        _take(context.scene, transport, recording.members)
+        live.remember(context.scene, transport)
+        live.show(context.scene)
+
+
+def _require_grouping(transport, recording: _Recording) -> None:
+    known = {member.group for member in recording.members}
+    strange = [group for group in transport.groups if group not in known]
+    if strange:
+        raise InvalidInputError(
+            f"the file has light groups {', '.join(map(repr, transport.groups))}; this scene has "
+            f"{', '.join(map(repr, sorted(known)))}. Was it recorded with One per Light {_other(recording)}?"
+        )
+
+
+def _other(recording: _Recording) -> str:
+    return "off" if recording.one_per_light else "on"
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_dial_record, SPECTRAL_OT_dial_load))

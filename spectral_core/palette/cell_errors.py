@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Color errors of cells as an artist reads them: each cell against what that cell itself asks for.
+
+A *fixed* or *black* cell is compared with its color, a *same* or *constant* cell with the cells that it refers to (the
+farthest one counts), a cell with a box with the nearest color in it. Cells that hold for several observers or variants
+of a light show the largest error over all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.assemble.wishes import Group, Wishes
+from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CellErrors:
+    """Errors of all cells of a table."""
+
+    target_linear_rgb: Array
+    """(R, L, 3): the color that the cell is compared with, for the first observer; NaN where nothing is asked."""
+    delta_e_2000: Array
+    """(R, L): largest ΔE2000 over observers and variants; NaN where nothing is asked."""
+    worst_pair_delta_e_2000: float
+    """Largest ΔE2000 between any two cells that are to look the same; 0 where there are none."""
+
+    @property
+    def largest(self) -> float:
+        """Largest error of any cell or pair; 0 where nothing is asked."""
+        return max(float(np.nanmax(self.delta_e_2000, initial=0.0)), self.worst_pair_delta_e_2000)
+
+
+def cell_errors(problem: PaletteProblem, wishes: Wishes, shown: Sequence[Array]) -> CellErrors:
+    """Compare every cell with what it asks for.
+
+    Parameters
+    ----------
+    problem
+        The palette.
+    wishes
+        Its cells as read by ``compiled_wishes``.
+    shown
+        Linear RGB (R, L, 3) of all cells, one array per condition of ``wishes``.
+    """
+    shape = shown[0].shape[:2]
+    comparisons = _comparisons(problem, wishes, shown)
+    target, error = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
+    if comparisons:
+        actual = np.array([shown[condition][cell] for cell, condition, _ in comparisons])
+        wanted = np.array([color for _, _, color in comparisons])
+        differences = delta_e_2000(lab_from_linear_rgb(wanted), lab_from_linear_rgb(actual))
+        for (cell, condition, color), difference in zip(comparisons, differences.tolist(), strict=True):
+            first = np.isnan(error[cell])
+            if condition == 0 and (first or difference >= error[cell]):
+                target[cell] = color
+            if first or difference > error[cell]:
+                error[cell] = difference
+    pairs = [_worst_pair(group, colors) for group in wishes.groups for colors in shown]
+    return CellErrors(target, error, max(pairs, default=0.0))
+
+
+Comparison = tuple[CellIndex, int, Array]
+"""Cell, condition, and the color that it is compared with."""
+
+
+def _comparisons(problem: PaletteProblem, wishes: Wishes, shown: Sequence[Array]) -> list[Comparison]:
+    """Everything that cells ask; comparisons of condition 0 come before the others of the same cell."""
+    found: list[Comparison] = [(target.cell, 0, target.color) for target in wishes.targets]
+    found += [(black.cell, number, black.color) for number in range(1, len(shown)) for black in wishes.blacks]
+    own = {target.cell for target in wishes.targets}
+    for group in wishes.groups:
+        for i, j in group.members:
+            if (i, j) in own:
+                continue
+            cell = problem.cells[i][j]
+            box = cell.box
+            if box is not None:
+                found.append(((i, j), 0, np.clip(shown[0][i, j], box[0], box[1])))
+            refers = cell.mode in (CellMode.SAME, CellMode.CONSTANT)
+            others = cell.others if refers else tuple(other for other in group.members if other != (i, j))
+            found += [((i, j), number, colors[other]) for number, colors in enumerate(shown) for other in others]
+    return found
+
+
+def _worst_pair(group: Group, colors: Array) -> float:
+    """Largest ΔE2000 between two members of a group."""
+    lab = lab_from_linear_rgb(np.array([colors[cell] for cell in group.members]))
+    if len(lab) < 2:
+        return 0.0
+    first, second = np.triu_indices(len(lab), 1)
+    return float(delta_e_2000(lab[first], lab[second]).max())
