@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.files.exr import require_whole_exr
+from spectral_core.files.exr import openexr, write_exr
 from spectral_core.files.whole import whole_file, write_bytes
 from spectral_core.spectra.color import display_rgb_from_linear
 
@@ -54,10 +54,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _write_exr(path: Path, linear_rgb: NDArray[Any]) -> None:
-    from spectral_core.render.spectral_exr import openexr
-
     module = openexr()
     channels = {"RGB": np.ascontiguousarray(linear_rgb, dtype=np.float32)}
     header = {"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}
-    with whole_file(path, check=require_whole_exr) as unfinished, module.File(header, channels) as file:
-        file.write(str(unfinished))
+    with module.File(header, channels) as file:
+        write_exr(path, file)

@@ -9,28 +9,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
-from spectral_core.files.exr import require_whole_exr
-from spectral_core.files.guarded import open_regular, reading, require_room
-from spectral_core.files.whole import whole_file
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.exr import openexr, read_exr, write_exr
 from spectral_core.render.still import RenderResult
 
 LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
 _CHANNEL = re.compile(r"S0\.(\d+,\d+)nm")
-
-
-def openexr() -> Any:
-    """The OpenEXR module. Raises MissingDependencyError where it is not installed."""
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise MissingDependencyError.package("OpenEXR", "an EXR file", "render") from error
-    return OpenEXR
 
 
 def spectral_channel(wavelength_nm: float) -> str:
@@ -56,22 +44,8 @@ def write_spectral_exr(path: Path, result: RenderResult) -> Path:
     # EXR's first row is the top one
     pixels = {name: np.ascontiguousarray(plane[::-1], dtype=np.float32) for name, plane in planes.items()}
     header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT}
-    with whole_file(path, check=require_whole_exr) as unfinished:
-        module.File(header, pixels).write(str(unfinished))
+    write_exr(path, module.File(header, pixels))
     return path
-
-
-def require_readable_exr(path: Path, what: str = "an EXR file") -> None:
-    """Raise FileFormatError where an EXR file is absent, a pipe, or states more pixels than it can hold."""
-    with open_regular(path) as stream:
-        size = stream.seek(0, 2)
-    needed = 0
-    with reading(path, what):
-        for part in openexr().File(str(path), header_only=True).parts:
-            low, high = (np.asarray(corner, dtype=object) for corner in part.header["dataWindow"])
-            width, height = (max(int(b) - int(a) + 1, 0) for a, b in zip(low, high, strict=True))
-            needed += 4 * width * height * max(len(part.header.get("channels", ())), 1)
-    require_room(needed, path, held=size)
 
 
 def read_spectral_exr(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
@@ -79,10 +53,7 @@ def read_spectral_exr(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float
 
     Raises FileFormatError for a file that cannot be read or has no spectral channel.
     """
-    module = openexr()
-    with reading(path, "an EXR file"):
-        require_readable_exr(path)
-        channels = module.File(str(path), separate_channels=True).parts[0].channels
+    channels = read_exr(path)[0].channels
     found = {float(match[1].replace(",", ".")): name for name in channels if (match := _CHANNEL.fullmatch(name))}
     if not found:
         raise FileFormatError(

@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.files.exr import require_whole_exr
-from spectral_core.files.guarded import reading, require_regular, require_shallow
-from spectral_core.files.whole import require_own_kind, whole_file
+from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
+from spectral_core.files.guarded import reading, require_shallow
+from spectral_core.files.whole import require_own_kind
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.transport import Transport
-from spectral_core.render.spectral_exr import LAYOUT, openexr, require_readable_exr, spectral_channel
+from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
@@ -61,17 +61,13 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
     parts.append(module.Part(header, {"A": np.ascontiguousarray(transport.coverage[::-1])}, _COVERAGE))
     if only_over_transports:
         require_own_kind(path, is_transport, "transport file")
-    with whole_file(path, check=require_whole_exr) as unfinished:
-        module.File(parts).write(str(unfinished))
+    write_exr(path, module.File(parts))
 
 
 def is_transport(path: Path) -> bool:
     """Whether a file is a transport, by its header; pixels are not read."""
     try:
-        with reading(path):
-            require_regular(path)
-            parts = openexr().File(str(path), header_only=True).parts
-            return bool(parts) and _ATTRIBUTE in parts[0].header
+        return any(_ATTRIBUTE in header for header in exr_headers(path)[:1])
     except FileFormatError:
         return False
 
@@ -82,13 +78,11 @@ def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     Raises FileFormatError for a file that is missing, cut, edited, of another kind or another scene; the message says
     which, and what to do.
     """
-    module = openexr()
     if not path.is_file():
         raise FileFormatError(f"there is no file {path}; make one with: spectral-scene transport")
     what = "a transport file; record it again"
     with reading(path, what):
-        require_readable_exr(path, what)
-        parts = module.File(str(path), separate_channels=True).parts
+        parts = read_exr(path, what)
         meaning = _read_meaning(path, parts)
         transport = _assemble(path, meaning, parts)
         if _checksum(transport) != meaning.get("checksum"):
