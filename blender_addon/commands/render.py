@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         scene = _blend.open_scene(arguments)
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, scene, frame, out) for frame in frames]
-    report = {
+    report: dict[str, Any] = {
         "files": [entry["file"] for entry in written],
         "frames": written,
         "colors": _colors(scene, out, arguments.bands),

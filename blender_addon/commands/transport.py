@@ -8,11 +8,15 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from spectral_core.errors import InvalidInputError
 
 from . import _blend
 from .plan import translated_scene
+
+if TYPE_CHECKING:
+    from spectral_core.render.relight.storage import Storage
 
 KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
 
@@ -71,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _storage(kind: str):
+def _storage(kind: str) -> Storage:
     from spectral_core.render.relight.storage import Storage
     from spectral_core.spectra.spectrum import SpectralGrid
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
+from bpy.types import Context, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper
 
 from spectral_core.errors import InvalidInputError
@@ -15,12 +16,12 @@ from ..editing.dial import live
 from .common import UNDOABLE, reporting
 
 
-def dial_in(context):
+def dial_in(context: Context) -> PropertyGroup:
     """The light dial of the scene that is being looked at."""
     return context.scene.spectral.dial
 
 
-def reset(dial) -> None:
+def reset(dial: PropertyGroup) -> None:
     """Bulbs on their polygon and on, the selector in the middle, the light as recorded."""
     from spectral_core.render.relight.dial import bulbs_on_polygon
 
@@ -40,7 +41,7 @@ class SPECTRAL_OT_dial_reset(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         dial = dial_in(context)
         if not len(dial.bulbs):
             raise InvalidInputError("the dial has no bulbs yet; press Record")
@@ -52,10 +53,10 @@ class SPECTRAL_OT_dial_show(bpy.types.Operator):
 
     bl_idname = "spectral.dial_show"
     bl_label = "Show Picture"
-    bl_options = set()
+    bl_options: set[str] = set()
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         image = live.show(context.scene)
         screen = context.screen
         editors = [area for area in screen.areas if area.type == "IMAGE_EDITOR"] if screen else []
@@ -68,14 +69,14 @@ class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
 
     bl_idname = "spectral.dial_save"
     bl_label = "Save Relit Picture"
-    bl_options = set()
+    bl_options: set[str] = set()
     filename_ext = ".png"
     filter_glob: StringProperty(default="*.png;*.exr", options={"HIDDEN"})
     animation: BoolProperty(name="Animation", default=False, description="All frames of the scene, numbered")
     check_extension = None
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
 
         scene, path = context.scene, Path(bpy.path.abspath(self.filepath))
         if path.suffix.lower() not in (".png", ".exr"):
@@ -92,7 +93,7 @@ class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
             scene.frame_set(before)
 
 
-def _write_picture(scene, path) -> None:
+def _write_picture(scene: Scene, path: Path) -> None:
     """PNG as the scene's view transform shows it, EXR in linear light."""
     image = live.show(scene)
     if path.suffix.lower() == ".exr":

@@ -5,10 +5,11 @@ import contextlib
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import bpy
 from bpy.props import StringProperty
+from bpy.types import Context, Event, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
@@ -19,6 +20,11 @@ from ..editing.dial.members import Member, members_of, store_members
 from ..translate.dial import storage_of
 from .common import UNDOABLE, reporting
 from .dial import dial_in, reset
+
+if TYPE_CHECKING:
+    from spectral_core.render import Progress
+    from spectral_core.render.relight.transport import Transport
+    from spectral_core.scene import Scene as SpectralScene
 
 
 @dataclass
@@ -36,7 +42,7 @@ class _Recording:
     thread: threading.Thread | None = field(default=None, repr=False)
 
     @classmethod
-    def of(cls, context):
+    def of(cls, context: Context) -> "_Recording":
         """Translate the scene and find what shines in it."""
         dial, scene = dial_in(context), _as_rendered(context)
         names = {thing.name for thing in (*scene.lights, *scene.instances)}
@@ -55,15 +61,20 @@ class _Recording:
         except Exception as error:
             self.error = error
 
-    def _note(self, progress) -> None:
+    @property
+    def is_running(self) -> bool:
+        """Whether the render is under way."""
+        return self.thread is not None and self.thread.is_alive()
+
+    def _note(self, progress: "Progress") -> None:
         self.progress = progress.samples / progress.total
 
 
-def _as_rendered(context):
+def _as_rendered(context: Context) -> "SpectralScene":
     """The scene as F12 sees it, which is not what the viewport shows: a render that stops once it is translated."""
     caught: list[Any] = []
 
-    def catch(scene):
+    def catch(scene: "SpectralScene") -> NoReturn:
         caught.append(scene)
         raise RenderCancelled("only the scene was asked for")
 
@@ -81,7 +92,7 @@ def _as_rendered(context):
     return caught[0]
 
 
-def _keep(context, recording: _Recording) -> str:
+def _keep(context: Context, recording: _Recording) -> str:
     """Write the file, give the dial its bulbs; a note for the artist. Bulbs that were there keep their places.
 
     What could not be written stays in memory, to be written elsewhere by Save Transport: it may have taken hours.
@@ -108,7 +119,7 @@ def _keep(context, recording: _Recording) -> str:
     return ""
 
 
-def _take(scene, transport, members: list[Member]) -> None:
+def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
     """Fit the dial to a transport's light groups."""
     dial = scene.spectral.dial
     dial.scene_hash = ""  # no picture yet: the bulbs change one by one
@@ -128,7 +139,7 @@ def _take(scene, transport, members: list[Member]) -> None:
     dial.scene_hash = transport.scene_hash
 
 
-def _color_bulbs(dial, transport) -> None:
+def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
     """Each bulb looks as its light does; white where a group's lights differ."""
     import numpy as np
 
@@ -148,13 +159,13 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         recording = _Recording.of(context)
         recording.run()
         note = _keep(context, recording)
         self.report({"WARNING" if note else "INFO"}, f"recorded: {dial_in(context).facts}{note}")
 
-    def invoke(self, context, _event):
+    def invoke(self, context: Context, _event: Event) -> set[str]:
         try:
             self._recording = _Recording.of(context)
         except SpectralError as error:
@@ -168,7 +179,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
+    def modal(self, context: Context, event: Event) -> set[str]:
         if event.type == "ESC":
             self._recording.stop = True
         if event.type != "TIMER":
@@ -176,13 +187,13 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
                 "RUNNING_MODAL"
             }  # the scene must not change under the render's feet: its lights are kept at the end
         context.window_manager.progress_update(100 * self._recording.progress)
-        if self._recording.thread.is_alive():
+        if self._recording.is_running:
             return {"RUNNING_MODAL"}
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         return self._finish(context)
 
-    def _finish(self, context):
+    def _finish(self, context: Context) -> set[str]:
         try:
             note = _keep(context, self._recording)
         except RenderCancelled:
@@ -207,7 +218,7 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.render.relight.transport_file import write_transport
 
         transport = live.live_mix(context.scene).transport
@@ -227,7 +238,7 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.render.relight.transport_file import read_transport
         from spectral_core.scene import scene_hash
 
@@ -242,7 +253,7 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
         live.show(context.scene)
 
 
-def _require_grouping(transport, recording: _Recording) -> None:
+def _require_grouping(transport: "Transport", recording: _Recording) -> None:
     known = {member.group for member in recording.members}
     strange = [group for group in transport.groups if group not in known]
     if strange:

@@ -3,8 +3,10 @@
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
+from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.palette import PaletteSolution
 
 from ..editing.palette import live
 from ..editing.palette import solve as palette_solve
@@ -34,7 +36,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
     preset: EnumProperty(name="Preset", items=PRESETS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette import presets
 
         problem = getattr(presets, self.preset.lower())()
@@ -43,7 +45,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
         _solve(context)
 
 
-def _rename_for_artists(palette) -> None:
+def _rename_for_artists(palette: PropertyGroup) -> None:
     """Short names that fit a narrow table; the library names spectra by how they were made."""
     for number, light in enumerate(palette.lights, 1):
         light.name = f"Light {number}" if light.name.startswith("sine") else LAMP_NAMES.get(light.name, light.name)
@@ -60,11 +62,11 @@ class SPECTRAL_OT_palette_clear(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         table.clear(palette_in(context))
 
 
-def _solve(context):
+def _solve(context: Context) -> PaletteSolution:
     solution = palette_solve.solve_scene(context.scene)
     if solution is None:
         raise InvalidInputError(palette_in(context).message)
@@ -80,7 +82,7 @@ class SPECTRAL_OT_palette_solve(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         solution = _solve(context)
         if not solution.status.trusted:
             self.report({"WARNING"}, solution.remedy)
@@ -97,7 +99,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         if palette.is_stale and palette.live:
             palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
@@ -113,7 +115,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
         self.report({"INFO"}, f"{count} spectra applied")
 
 
-def _require_appliable(palette) -> None:
+def _require_appliable(palette: PropertyGroup) -> None:
     if not palette.status:
         raise InvalidInputError("the palette is not solved yet; press Solve first")
     if palette.is_stale:
@@ -124,20 +126,20 @@ def _require_appliable(palette) -> None:
         raise SolveError(f"the solution cannot be relied on and is not applied: {palette.remedy}")
 
 
-def _create_materials(palette) -> None:
+def _create_materials(palette: PropertyGroup) -> None:
     for row in palette.materials:
         if row.material is None:
             row.material = bpy.data.materials.new(row.name)
 
 
-def _apply_light(light) -> int:
+def _apply_light(light: PropertyGroup) -> int:
     targets = [target for target in (light.light, light.world) if target is not None]
     for target in targets:
         store_result(target, light)
     return len(targets)
 
 
-def _apply_material(row) -> int:
+def _apply_material(row: PropertyGroup) -> int:
     if row.material is None:
         return 0
     store_result(row.material, row)
@@ -154,7 +156,7 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     column: IntProperty(min=0)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         cells = dict(table.places(palette))
         if (self.row, self.column) not in cells:

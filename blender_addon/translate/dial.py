@@ -1,8 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The light dial's settings as the core states them."""
 
+from __future__ import annotations
 
-def storage_of(dial):
+from typing import TYPE_CHECKING
+
+from bpy.types import PropertyGroup
+
+from ..properties.dial import RESOLUTION_NM
+
+if TYPE_CHECKING:
+    from spectral_core.render.relight.storage import Storage
+
+
+def storage_of(dial: PropertyGroup) -> Storage:
     """The Storage that ``dial`` asks for."""
     from spectral_core.render.relight.storage import Storage
     from spectral_core.spectra.spectrum import SpectralGrid

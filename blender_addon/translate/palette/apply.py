@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Solved spectra of the palette, given to materials, lights and worlds of the scene."""
 
+from bpy.types import ID, PropertyGroup
+
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.observer import xyz_of
 
 from ..spectra.stored import kind_of, spectrum_of, store_spectrum
 
 
-def store_result(target, entry) -> None:
+def store_result(target: ID, entry: PropertyGroup) -> None:
     """Give ``target`` the solved spectrum of a row or column; a light also the brightness that the design gives it.
 
     Raises InvalidInputError where the palette is not solved.
