@@ -38,7 +38,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         array = _values(image)
     except InvalidInputError:
         raise
-    except Exception as error:  # noqa: BLE001 - damaged headers raise whatever their bytes lead to
+    except Exception as error:
         raise FileFormatError(f"{path.name} is not a NIfTI file that can be read, or it is cut: {error}") from error
     while array.ndim > 3:
         array = pick_component(

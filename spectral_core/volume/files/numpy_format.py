@@ -40,7 +40,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
                 arrays = {key: loaded[key] for key in loaded.files}
     except InvalidInputError:
         raise
-    except Exception as error:  # noqa: BLE001 - damaged headers raise whatever their bytes lead to
+    except Exception as error:
         raise FileFormatError(f"{path.name} is not a NumPy file of plain numbers, or it is cut: {error}") from error
     name = _choose(arrays, request.field, path)
     array = arrays[name]

@@ -97,7 +97,7 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
             spacing = _spacing(file, series)
         if complaints:
             raise FileFormatError(f"{path.name} is cut or damaged: {complaints[0]}")
-    except Exception as error:  # noqa: BLE001 - damaged tags and codecs raise whatever their bytes lead to
+    except Exception as error:
         if isinstance(error, SpectralError):
             raise
         raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is cut: {error}") from error
