@@ -85,6 +85,7 @@ def _paints(trials: int) -> dict[str, Any]:
         dosage = max(dosage, float(np.abs(recipe.dosage_delta_e / noise - 1).max()))
         rows[name] = {"delta_e": recipe.delta_e, "dosage": recipe.dosage_delta_e, "dosage_measured": noise}
         print(
-            f"{name}: ΔE2000 {recipe.delta_e.round(2)}, dosage {recipe.dosage_delta_e.round(3)}, measured {noise.round(3)}"
+            f"{name}: ΔE2000 {recipe.delta_e.round(2)}, dosage {recipe.dosage_delta_e.round(3)}, "
+            f"measured {noise.round(3)}"
         )
     return {"recipes": rows, "largest_disagreement": disagreement, "largest_dosage_error": dosage}
