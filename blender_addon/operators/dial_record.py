@@ -18,12 +18,14 @@ from .. import jobs
 from ..editing.dial import live
 from ..editing.dial.members import Member, members_of, store_members
 from ..translate.dial import storage_of
+from ..translate.view_transform import view_transform_of
 from .common import UNDOABLE, reporting
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
     from spectral_core.render.relight.transport import Transport
+    from spectral_core.render.relight.view_transform import ViewTransform
     from spectral_core.scene import Scene as SpectralScene
 
 
@@ -35,6 +37,7 @@ class _Recording:
     storage: Any
     one_per_light: bool
     members: list[Member]
+    view: "ViewTransform | None"
     progress: float = 0.0
     stop: bool = False
     transport: Any = None
@@ -47,15 +50,18 @@ class _Recording:
         dial, scene = dial_in(context), _as_rendered(context)
         names = {thing.name for thing in (*scene.lights, *scene.instances)}
         shown = [thing for thing in bpy.data.objects if thing.name_full in names]
-        return cls(scene, storage_of(dial), dial.one_per_light, members_of(context.scene, shown, dial.one_per_light))
+        members = members_of(context.scene, shown, dial.one_per_light)
+        return cls(scene, storage_of(dial), dial.one_per_light, members, view_transform_of(context.scene))
 
     def run(self) -> None:
         """Render; an error is kept for whoever waits."""
+        from spectral_core.render.relight.dial import MOST_BULBS
         from spectral_core.render.relight.transport import record_transport
 
         try:
             self.transport = record_transport(
-                self.scene, self.storage, one_per_light=self.one_per_light, render=jobs.render,
+                self.scene, self.storage, one_per_light=self.one_per_light, most_groups=MOST_BULBS, view=self.view,
+                render=jobs.render,
                 on_progress=self._note, should_stop=lambda: self.stop,
             )  # fmt: skip
         except Exception as error:
