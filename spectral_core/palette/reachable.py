@@ -111,7 +111,7 @@ class CellReach:
             multipliers = np.zeros(len(self._colors))
             least = np.inf
             here = color
-            # The distance in CIELAB is linearized at the answer so far. A full step may pass the minimum: keep the best.
+            # CIELAB is linearized at the answer so far. A full step may pass the minimum, so the best is kept.
             for _ in range(LAB_STEPS):
                 metric = lab_jacobian_from_linear_rgb(here)
                 shifted = here + np.linalg.solve(metric, lab_from_linear_rgb(target) - lab_from_linear_rgb(here))
