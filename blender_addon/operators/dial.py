@@ -12,7 +12,7 @@ from spectral_core.errors import InvalidInputError
 
 from .. import compat
 from ..editing.dial import live
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, chosen_path, reporting
 
 
 def dial_in(context: Context) -> PropertyGroup:
@@ -77,7 +77,7 @@ class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
     @reporting
     def execute(self, context: Context) -> None:
 
-        scene, path = context.scene, Path(bpy.path.abspath(self.filepath))
+        scene, path = context.scene, chosen_path(self.filepath)
         if path.suffix.lower() not in (".png", ".exr"):
             raise InvalidInputError(f"{path.name} is neither .png nor .exr")
         if not self.animation:

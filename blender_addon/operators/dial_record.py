@@ -4,7 +4,6 @@
 import contextlib
 import threading
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import bpy
@@ -18,7 +17,7 @@ from .. import jobs
 from ..editing.dial import live
 from ..editing.dial.members import Member, members_of, store_members
 from ..translate.dial import storage_of
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, chosen_path, reporting
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
@@ -209,10 +208,10 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
         from spectral_core.render.relight.transport_file import read_transport
         from spectral_core.scene import scene_hash
 
-        path = bpy.path.abspath(self.filepath)
+        path = chosen_path(self.filepath)
         recording, dial = _Recording.of(context), dial_in(context)
 
-        transport = read_transport(Path(path), scene_hash=scene_hash(recording.scene))
+        transport = read_transport(path, scene_hash=scene_hash(recording.scene))
         _require_grouping(transport, recording)
         dial.filepath = self.filepath
         _take(context.scene, transport, recording.members)
