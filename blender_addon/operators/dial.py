@@ -9,6 +9,7 @@ from bpy.types import Context, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import whole_file
 
 from .. import compat
 from ..editing.dial import live
@@ -96,8 +97,9 @@ def _write_picture(scene: Scene, path: Path) -> None:
     """PNG as the scene's view transform shows it, EXR in linear light."""
     image = live.show(scene)
     if path.suffix.lower() == ".exr":
-        image.filepath_raw, image.file_format = str(path), "OPEN_EXR"
-        image.save()
+        with whole_file(path) as unfinished:
+            image.file_format = "OPEN_EXR"
+            image.save(filepath=str(unfinished), save_copy=True)
         return
     settings = scene.render.image_settings
     kept = {
@@ -105,7 +107,8 @@ def _write_picture(scene: Scene, path: Path) -> None:
     }
     try:
         compat.set_image_format(settings, "PNG", color_mode="RGB")
-        image.save_render(str(path), scene=scene)
+        with whole_file(path) as unfinished:
+            image.save_render(str(unfinished), scene=scene)
     finally:
         for name, value in kept.items():
             setattr(settings, name, value)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Event, PropertyGroup, Scene
-from bpy_extras.io_utils import ImportHelper
+from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
+from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
 
 from .. import jobs
 from ..editing.dial import live
@@ -91,20 +91,31 @@ def _as_rendered(context: Context) -> "SpectralScene":
     return caught[0]
 
 
-def _keep(context: Context, recording: _Recording) -> None:
-    """Write the file, give the dial its bulbs. Bulbs that were there before keep their places."""
+def _keep(context: Context, recording: _Recording) -> str:
+    """Write the file, give the dial its bulbs; a note for the artist. Bulbs that were there keep their places.
+
+    What could not be written stays in memory, to be written elsewhere by Save Transport: it may have taken hours.
+    """
     from spectral_core.render.relight.transport_file import write_transport
 
     if recording.error is not None:
         raise recording.error
     transport, dial = recording.transport, dial_in(context)
-    path = live.transport_path(dial)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_transport(path, transport)
+    path, unsaved = live.transport_path(dial), None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_transport(path, transport, only_over_transports=True)  # the path may come from somebody else's .blend
+    except (SpectralError, OSError) as error:
+        unsaved = error
     _take(context.scene, transport, recording.members)
     live.remember(context.scene, transport)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
         live.show(context.scene)
+    if unsaved is not None:
+        raise FileWriteError(f"{unsaved}. The recording is in memory: write it elsewhere with Save Transport")
+    if not dial.filepath and not bpy.data.filepath:
+        return "; it is in a temporary folder, so keep it with Save Transport, or save the .blend before recording"
+    return ""
 
 
 def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
@@ -150,8 +161,8 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         recording = _Recording.of(context)
         recording.run()
-        _keep(context, recording)
-        self.report({"INFO"}, f"recorded: {dial_in(context).facts}")
+        note = _keep(context, recording)
+        self.report({"WARNING" if note else "INFO"}, f"recorded: {dial_in(context).facts}{note}")
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         try:
@@ -183,7 +194,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
 
     def _finish(self, context: Context) -> set[str]:
         try:
-            _keep(context, self._recording)
+            note = _keep(context, self._recording)
         except RenderCancelled:
             self.report({"WARNING"}, "stopped; the dial is as it was")
             return {"CANCELLED"}
@@ -191,7 +202,29 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         live.redraw_dial()
+        if note:
+            self.report({"WARNING"}, f"recorded{note}")
         return {"FINISHED"}
+
+
+class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
+    """Write the recorded transport to a file of your choice, which the dial then uses"""
+
+    bl_idname = "spectral.dial_keep"
+    bl_label = "Save Transport"
+    bl_options = UNDOABLE
+    filename_ext = ".exr"
+    filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        from spectral_core.render.relight.transport_file import write_transport
+
+        transport = live.live_mix(context.scene).transport
+        write_transport(Path(bpy.path.abspath(self.filepath)), transport)
+        dial_in(context).filepath = self.filepath
+        live.remember(context.scene, transport)
+        self.report({"INFO"}, f"saved {self.filepath}")
 
 
 class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
@@ -233,4 +266,6 @@ def _other(recording: _Recording) -> str:
     return "off" if recording.one_per_light else "on"
 
 
-register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_dial_record, SPECTRAL_OT_dial_load))
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_dial_record, SPECTRAL_OT_dial_keep, SPECTRAL_OT_dial_load)
+)

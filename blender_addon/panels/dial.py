@@ -119,6 +119,7 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     row.scale_y = 1.3
     row.operator("spectral.dial_record", text="Record again" if len(dial.bulbs) else "Record", icon="REC")
     row.operator("spectral.dial_load", text="", icon="FILE_FOLDER")
+    row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
     if dial.facts:
         facts = box.column()
         facts.active = False

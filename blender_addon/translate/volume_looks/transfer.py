@@ -7,7 +7,7 @@ from bpy.types import PropertyGroup, Volume
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 from spectral_core.volume.documents.transfer_document import TransferDocument
-from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, smooth_reflectance
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, spectrum_of_color
 from spectral_core.volume.transfer import Material, TransferFunction
 
 from ... import compat
@@ -39,7 +39,8 @@ def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) 
     for entry, spectrum in zip(settings.materials, spectra, strict=True):
         color = np.array(entry.color, dtype=np.float64) @ rgb_from_working.T
         if spectral:
-            color = smooth_reflectance(color, GRID) if spectrum is None else spectrum.resampled(GRID).values
+            nm = GRID.wavelengths_nm
+            color = spectrum_of_color(color, nm) if spectrum is None else spectrum.resampled(GRID).values
         materials.append(_stated(volume, entry, color))
     transfer = TransferFunction(tuple(materials), GRID.wavelengths_nm if spectral else None)
     return TransferDocument(transfer, "fraction", "voxel", volume.name)
