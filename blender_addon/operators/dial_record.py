@@ -14,7 +14,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
 
 from .. import jobs
-from ..editing.dial import live
+from ..editing.dial import changes, live
 from ..editing.dial.members import Member, members_of, store_members
 from ..translate.dial import storage_of
 from .common import UNDOABLE, chosen_path, reporting
@@ -34,6 +34,7 @@ class _Recording:
     storage: Any
     one_per_light: bool
     members: list[Member]
+    parts: dict[str, str]
     progress: float = 0.0
     stop: bool = False
     transport: Any = None
@@ -44,9 +45,11 @@ class _Recording:
     def of(cls, context: Context) -> "_Recording":
         """Translate the scene and find what shines in it."""
         dial, scene = dial_in(context), _as_rendered(context)
+        _require_a_dial(scene, dial.one_per_light)
         names = {thing.name for thing in (*scene.lights, *scene.instances)}
         shown = [thing for thing in bpy.data.objects if thing.name_full in names]
-        return cls(scene, storage_of(dial), dial.one_per_light, members_of(context.scene, shown, dial.one_per_light))
+        members = members_of(context.scene, shown, dial.one_per_light)
+        return cls(scene, storage_of(dial), dial.one_per_light, members, changes.parts_of(context.scene))
 
     def run(self) -> None:
         """Render; an error is kept for whoever waits."""
@@ -67,6 +70,19 @@ class _Recording:
 
     def _note(self, progress: "Progress") -> None:
         self.progress = progress.samples / progress.total
+
+
+def _require_a_dial(scene: "SpectralScene", one_per_light: bool) -> None:
+    """Raise InvalidInputError before anything is rendered where a dial cannot hold the scene's lights."""
+    from spectral_core.render.relight.dial import MOST_BULBS
+    from spectral_core.render.relight.transport import light_groups, one_group_per_light
+
+    count = len(light_groups(one_group_per_light(scene) if one_per_light else scene))
+    if count > MOST_BULBS:
+        raise InvalidInputError(
+            f"this scene would have {count} bulbs, and a dial holds at most {MOST_BULBS}; give lights that belong "
+            "together a light group (Object, Shading), and switch One per Light off"
+        )
 
 
 def _as_rendered(context: Context) -> "SpectralScene":
@@ -109,6 +125,7 @@ def _keep(context: Context, recording: _Recording) -> str:
         unsaved = error
     _take(context.scene, transport, recording.members)
     live.remember(context.scene, transport)
+    changes.remember_parts(context.scene, recording.parts)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
         live.show(context.scene)
     if unsaved is not None:
@@ -179,12 +196,11 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type == "ESC":
+        if event.type == "ESC" and event.value == "PRESS":
             self._recording.stop = True
+            return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {
-                "RUNNING_MODAL"
-            }  # the scene must not change under the render's feet: its lights are kept at the end
+            return {"PASS_THROUGH"}  # the artist works on; what is edited meanwhile is told on the dial afterwards
         context.window_manager.progress_update(100 * self._recording.progress)
         if self._recording.is_running:
             return {"RUNNING_MODAL"}
@@ -201,6 +217,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         except (SpectralError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        changes.compare(context.scene)
         live.redraw_dial()
         if note:
             self.report({"WARNING"}, f"recorded{note}")
@@ -221,7 +238,7 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
         from spectral_core.render.relight.transport_file import write_transport
 
         transport = live.live_mix(context.scene).transport
-        write_transport(Path(bpy.path.abspath(self.filepath)), transport)
+        write_transport(chosen_path(self.filepath), transport)
         dial_in(context).filepath = self.filepath
         live.remember(context.scene, transport)
         self.report({"INFO"}, f"saved {self.filepath}")
@@ -249,6 +266,7 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
         dial.filepath = self.filepath
         _take(context.scene, transport, recording.members)
         live.remember(context.scene, transport)
+        changes.remember_parts(context.scene, recording.parts)
         live.show(context.scene)
 
 
