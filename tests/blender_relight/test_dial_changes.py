@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The dial notices a scene that is no longer the recorded one, shows its picture over the camera, counts lights first."""
+"""The dial notices a scene that is no longer the recorded one, shows over the camera, counts lights first."""
 
 from __future__ import annotations
 
