@@ -22,8 +22,6 @@ STORAGE = [
     ("BANDS121", "121 Bands", "New spectra too; good for lamps with lines", 3),
     ("EXACT", "Exact", "Every spectrum that is given each 10 nm, exact; most memory", 4),
 ]
-RESOLUTION_NM = (380.0, 780.0, 10.0)
-"""Grid of the exact storage."""
 
 
 _changed = announces(Topic.DIAL)
