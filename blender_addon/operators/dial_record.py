@@ -17,12 +17,14 @@ from .. import jobs
 from ..editing.dial import changes, live
 from ..editing.dial.members import Member, members_of, store_members
 from ..translate.dial import storage_of
+from ..translate.view_transform import view_transform_of
 from .common import UNDOABLE, chosen_path, reporting
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
     from spectral_core.render.relight.transport import Transport
+    from spectral_core.render.relight.view_transform import ViewTransform
     from spectral_core.scene import Scene as SpectralScene
 
 
@@ -35,6 +37,7 @@ class _Recording:
     one_per_light: bool
     members: list[Member]
     parts: dict[str, str]
+    view: "ViewTransform | None"
     progress: float = 0.0
     stop: bool = False
     transport: Any = None
@@ -49,15 +52,18 @@ class _Recording:
         names = {thing.name for thing in (*scene.lights, *scene.instances)}
         shown = [thing for thing in bpy.data.objects if thing.name_full in names]
         members = members_of(context.scene, shown, dial.one_per_light)
-        return cls(scene, storage_of(dial), dial.one_per_light, members, changes.parts_of(context.scene))
+        parts, view = changes.parts_of(context.scene), view_transform_of(context.scene)
+        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view)
 
     def run(self) -> None:
         """Render; an error is kept for whoever waits."""
+        from spectral_core.render.relight.dial import MOST_BULBS
         from spectral_core.render.relight.transport import record_transport
 
         try:
             self.transport = record_transport(
-                self.scene, self.storage, one_per_light=self.one_per_light, render=jobs.render,
+                self.scene, self.storage, one_per_light=self.one_per_light, most_groups=MOST_BULBS, view=self.view,
+                render=jobs.render,
                 on_progress=self._note, should_stop=lambda: self.stop,
             )  # fmt: skip
         except Exception as error:
