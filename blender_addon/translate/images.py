@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,13 @@ from .context import Translation
 
 Array = NDArray[Any]
 
-EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip", "MIRROR": "mirror"}
-INTERPOLATIONS = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
+EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
+    "REPEAT": "repeat",
+    "EXTEND": "extend",
+    "CLIP": "clip",
+    "MIRROR": "mirror",
+}
+INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
 

@@ -7,6 +7,7 @@ from spectral_core.scene.lights import AreaLight, Light, PointLight, SpotLight, 
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
+from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
     AddSurface,
     Diffuse,
@@ -58,6 +59,7 @@ __all__ = [
     "Scalar",
     "ScatteringMedium",
     "Scene",
+    "SpectralImage",
     "SpotLight",
     "SunLight",
     "Surface",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, require_finite
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
+from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -68,7 +69,7 @@ class MixedPaint:
     second: Paint
 
 
-Paint = Color | Spectrum | ImageTexture | MixedPaint | Computed
+Paint = Color | Spectrum | ImageTexture | SpectralImage | MixedPaint | Computed
 """A color that varies with wavelength, with place, or with both."""
 Scalar = float | ImageTexture | Computed
 """A plain number, or one per place (the mean of an image's color channels)."""

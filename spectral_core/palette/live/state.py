@@ -71,7 +71,8 @@ class PaletteState:
 
 def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> PaletteState:
     """Start spectra: designed lights as given, reflectances mid grey; ``warm`` where its unknowns have its shape."""
-    kernel = color_kernel(problem.grid, problem.observers or (STANDARD,))
+    given_surfaces = [item.spectrum for item in problem.reflectances if item.spectrum is not None]
+    kernel = color_kernel(problem.grid, problem.observers or (STANDARD,), given_surfaces)
     points = kernel.spectrum_at_points
     middle = np.clip(0.5, *problem.reflectance_bounds)
     lights: list[Array | None] = []

@@ -16,6 +16,7 @@ from spectral_core.scene import Color, ScatteringMedium
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.upsample import upsampled
 
 MOST_SURFACES = 256
 
@@ -53,9 +54,8 @@ def _scaled_extinction(context: Context, extinction: Color | Spectrum, density: 
         if not context.spectral:
             return context.load({"type": "srgb", "color": [float(v) for v in rgb * density], "unbounded": True})
         size = float(rgb.max())
-        extinction = Spectrum(
-            "extinction", SpectralGrid(WAVELENGTHS_NM), paint.upsampled(rgb / max(size, 1e-30)) * size
-        )
+        values = upsampled(rgb / max(size, 1e-30), WAVELENGTHS_NM) * size
+        extinction = Spectrum("extinction", SpectralGrid(WAVELENGTHS_NM), values)
     elif not context.spectral:
         rgb = np.clip(RGB_FROM_XYZ @ xyz_of(paint.white_light(), extinction), 0.0, None)
         return context.load({"type": "srgb", "color": [float(v) for v in rgb * density], "unbounded": True})
