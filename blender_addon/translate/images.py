@@ -42,7 +42,7 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     if texture is None:
         return None
     extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
-    interpolation = INTERPOLATIONS.get(node.interpolation, "linear")
+    interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
     if (texture.extension, texture.interpolation) == (extension, interpolation):
         return texture
     key = (id(texture), extension, interpolation)  # one object per use, so that the renderer stores it once

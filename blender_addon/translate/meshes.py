@@ -33,8 +33,11 @@ def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), 
     triangle_corners = triangle_corners.reshape(-1, 3)
 
     uvs = _corner_uvs(source, corners) if reads & READS_UV else None
-    extra = {name: _attribute(source, name, corners, positions, undeformed) for name in sorted(reads - READS_UV)}
-    extra = {name: values for name, values in extra.items() if values is not None}
+    extra: dict[str, Array] = {}
+    for item in sorted(reads - READS_UV):
+        values = _attribute(source, item, corners, positions, undeformed)
+        if values is not None:
+            extra[item] = values
     normals = _normals(source)
     keys = [array for array in (uvs, normals, *extra.values()) if array is not None and len(array) == len(corners)]
     vertex_of_corner, corner_of_vertex = corners, None
@@ -58,7 +61,7 @@ def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), 
         normals=normals,
         uvs=uvs,
         material_indices=_material_indices(source, count),
-        attributes=tuple(Attribute(name, values) for name, values in extra.items() if values is not None),
+        attributes=tuple(Attribute(item, values) for item, values in extra.items()),
     )
 
 

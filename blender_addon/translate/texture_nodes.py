@@ -146,8 +146,8 @@ VORONOI_OUTPUTS = {"Distance": "voronoi_distance", "Color": "voronoi_color", "Po
 def _voronoi(reader: Reader, output: Output) -> Any:
     node = output.node
     names = (("W", 0), ("Scale", 5), ("Detail", 0), ("Roughness", 0.5), ("Lacunarity", 2), ("Smoothness", 1))
-    names += (("Exponent", 0.5), ("Randomness", 1))
-    values = [reader.read(output, name, float(value)) for name, value in names]
+    more = (("Exponent", 0.5), ("Randomness", 1))
+    values = [reader.read(output, name, float(value)) for name, value in (*names, *more)]
     settings = (node.feature, node.distance, bool(getattr(node, "normalize", False)), node.voronoi_dimensions)
     if node.feature == "N_SPHERE_RADIUS":
         operation = "voronoi_radius"

@@ -14,7 +14,7 @@ from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, World, g
 from .. import compat
 from . import spectra, surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
 from .context import Translation
-from .fields import Field, mean_color
+from .fields import mean_color
 from .images import image_of_node
 from .nodes import Input, Output, linked, surface_output
 from .reader import Reader, evaluator
@@ -76,7 +76,7 @@ def _first_background(reader: Reader, source: Output | None) -> Output | None:
 
 
 @evaluator("TEX_ENVIRONMENT")
-def _environment(reader: Reader, output: Output) -> Field:
+def _environment(reader: Reader, output: Output) -> Any:
     if getattr(output.node, "projection", "EQUIRECTANGULAR") != "EQUIRECTANGULAR":
         reader.note(f"{output.label!r}: a mirror ball is read as if it were equirectangular")
     texture = image_of_node(reader.translation, output.node, reader.owner, output.socket.name)

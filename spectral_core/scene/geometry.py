@@ -15,7 +15,7 @@ from spectral_core.errors import InvalidInputError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attribute:
-    """Values (v, 3) float32 per vertex of a mesh, by the name that programs read: ``"generated"``, ``"attribute:…"``."""
+    """Values (v, 3) float32 per vertex, by the name that programs read: ``"generated"``, ``"attribute:…"``."""
 
     name: str
     values: NDArray[np.float32]
@@ -34,7 +34,7 @@ class Mesh:
 
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
     None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
-    ``attributes``: what programs read per vertex. Corners whose normals, UVs or attributes differ are separate vertices.
+    ``attributes``: what programs read per vertex. Corners that differ in any of these are separate vertices.
     """
 
     name: str

@@ -106,7 +106,7 @@ class Principled:
     roughness: Scalar = 0.5
     ior: float | Spectrum = 1.5
     alpha: Scalar = 1.0
-    specular_level: Scalar = 0.5
+    specular_level: float = 0.5
     specular_tint: Paint = field(default_factory=lambda: gray(1.0))
     anisotropic: Scalar = 0.0
     anisotropic_rotation: Scalar = 0.0

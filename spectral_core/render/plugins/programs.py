@@ -82,7 +82,7 @@ class SceneTables:
             )
             self._images[id(pixels)] = (stored, self.number(width), self.number(height), is_bytes)
             self._kept.append(pixels)
-        return self._images[id(pixels)]  # type: ignore[no-any-return]
+        return self._images[id(pixels)]
 
     def table(self, table: np.ndarray) -> Any:
         """A ramp or curve on the device."""
@@ -155,7 +155,7 @@ class DrJit:
         return self.mi.Float(value)
 
     def loop(self, state: tuple[Any, ...], goes_on: Any, body: Any) -> Any:
-        """Repeat ``body`` while ``goes_on`` holds for a lane: a loop in the kernel, whose size does not depend on turns."""
+        """Repeat ``body`` while ``goes_on`` holds for a lane, as one loop in the kernel."""
         return self.dr.while_loop(tuple(state), goes_on, body)
 
     def entry(self, table: Any, index: Any, column: int) -> Any:
@@ -175,12 +175,12 @@ class DrJit:
         place = mi.UInt32(row) * mi.UInt32(width) + mi.UInt32(column)
         if is_bytes:
             word = dr.gather(mi.UInt32, stored, place, self.active)
-            return tuple(mi.Float((word >> shift) & 255) * (1 / 255) for shift in (0, 8, 16, 24))  # type: ignore[return-value]
-        return tuple(dr.gather(mi.Float, stored, place * 4 + k, self.active) for k in range(4))  # type: ignore[return-value]
+            return tuple(mi.Float((word >> shift) & 255) * (1 / 255) for shift in (0, 8, 16, 24))
+        return tuple(dr.gather(mi.Float, stored, place * 4 + k, self.active) for k in range(4))
 
     def size(self, image: Any) -> tuple[Any, Any]:
         """Width and height of an image."""
-        return self.tables.image(image)[1:3]  # type: ignore[return-value]
+        return self.tables.image(image)[1:3]
 
     # the hit point
 

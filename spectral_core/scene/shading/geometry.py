@@ -96,7 +96,7 @@ def bump(
     step_x: Any,
     step_y: Any,
 ) -> Any:
-    """Bump node: the normal of a surface raised by a height (Mikkelsen 2010, "Bump mapping unparametrized surfaces")."""
+    """Bump node (Mikkelsen 2010, "Bump mapping unparametrized surfaces on the GPU")."""
     along_x, along_y = cross(step_y, normal), cross(normal, step_x)
     determinant = dot(step_x, along_x)
     slope = add(multiply(along_x, height_x - height), multiply(along_y, height_y - height))

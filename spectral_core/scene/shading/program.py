@@ -66,7 +66,7 @@ class Program:
     def inputs(self) -> frozenset[str]:
         """What it reads from the point that is shaded, by name."""
         return frozenset(str(i.settings[0]) for i in self.instructions if i.operation.endswith("_input")) | frozenset(
-            f"{space.lower()}_transform"
+            f"{str(space).lower()}_transform"
             for i in self.instructions
             if i.operation == "transformed"
             for space in i.settings[1:]

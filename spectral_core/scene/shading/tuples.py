@@ -16,17 +16,17 @@ def each(function: Any, *vectors: Any) -> Any:
 
 def add(a: Any, b: Any) -> Vector:
     """a + b."""
-    return each(lambda x, y: x + y, a, b)  # type: ignore[no-any-return]
+    return each(lambda x, y: x + y, a, b)
 
 
 def subtract(a: Any, b: Any) -> Vector:
     """a - b."""
-    return each(lambda x, y: x - y, a, b)  # type: ignore[no-any-return]
+    return each(lambda x, y: x - y, a, b)
 
 
 def multiply(a: Any, b: Any) -> Vector:
     """a · b, component by component."""
-    return each(lambda x, y: x * y, a, b)  # type: ignore[no-any-return]
+    return each(lambda x, y: x * y, a, b)
 
 
 def dot(a: Vector, b: Vector) -> Any:
@@ -52,7 +52,7 @@ def normalized(xp: Any, a: Vector) -> Vector:
 
 def choose(xp: Any, condition: Any, a: Vector, b: Vector) -> Vector:
     """``a`` where the condition holds, else ``b``."""
-    return each(lambda x, y: xp.where(condition, x, y), a, b)  # type: ignore[no-any-return]
+    return each(lambda x, y: xp.where(condition, x, y), a, b)
 
 
 def mix(a: Any, b: Any, factor: Any) -> Any:

@@ -91,10 +91,9 @@ VECTOR_MATH: dict[str, Callable[..., Any]] = {
     **{
         mode: _channelwise(mode)
         for mode in (
-            "ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "SNAP", "FLOOR", "CEIL", "MODULO", "WRAP", "FRACTION",
-            "ABSOLUTE", "MINIMUM", "MAXIMUM", "SINE", "COSINE", "TANGENT", "POWER", "SIGN", "ROUND",
+            "ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "SNAP", "FLOOR", "CEIL", "WRAP", "ABSOLUTE",
+            "MINIMUM", "MAXIMUM", "SINE", "COSINE", "TANGENT", "POWER", "SIGN", "ROUND",
         )
-        if mode in MATH
     },
     "FRACTION": _channelwise("FRACT"),
     "MODULO": lambda xp, a, b, c, s: each(lambda x, y: fmod(xp, x, y), a, b),

@@ -52,7 +52,7 @@ def _pcg_2d(xp: Any, x: Any, y: Any) -> tuple[Any, Any]:
     x, y = x ^ _arithmetic_shift(xp, x), y ^ _arithmetic_shift(xp, y)
     x = x + y * 1664525
     y = y + x * 1664525
-    return tuple(xp.real(k & 0x7FFFFFFF) * (1 / 2147483647.0) for k in (x, y))  # type: ignore[return-value]
+    return tuple(xp.real(k & 0x7FFFFFFF) * (1 / 2147483647.0) for k in (x, y))
 
 
 def _place(xp: Any, cell: tuple[Any, ...]) -> tuple[Any, ...]:
