@@ -72,7 +72,8 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
 def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
     """Let shading programs know the camera: its space has +z forward, as Cycles'."""
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    tables.camera_from_world = flip @ np.linalg.inv(camera.world_from_camera)
+    # of a camera that collapses space any inverse serves: it is refused when its rays are made
+    tables.camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
     width, height = float(film.width), float(film.height) * film.pixel_aspect
     side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
     perspective = camera.kind == "perspective"

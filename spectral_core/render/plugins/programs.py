@@ -314,7 +314,7 @@ class DrJit:
 
     def _camera_rows(self, inverse: bool) -> list[list[Any]]:
         matrix = np.asarray(self.tables.camera_from_world)
-        matrix = np.linalg.inv(matrix) if inverse else matrix
+        matrix = np.linalg.pinv(matrix) if inverse else matrix
         return [[self.tables.number(matrix[i, j]) for j in range(4)] for i in range(3)]
 
 
