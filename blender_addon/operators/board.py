@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Start and stop the mixing board, learn faders, keep bounds in order, save the motion."""
 
-from pathlib import Path
-
 import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Event, PropertyGroup
@@ -12,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
 from ..editing.board.paths import full_path, number_at
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, chosen_path, reporting
 
 
 def board_in(context: Context) -> PropertyGroup:
@@ -158,7 +156,7 @@ class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
         from spectral_core.explore.board import simultaneity
 
         recorded = live.recording()
-        recorded.save(Path(bpy.path.abspath(self.filepath)))
+        recorded.save(chosen_path(self.filepath))
         rows = [" ".join(f"{value:+.2f}" for value in row) for row in simultaneity(recorded)]
         board_in(context).simultaneity = "\n".join(rows)
 

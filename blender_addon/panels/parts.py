@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import bpy
 from bpy.types import ID, Context, PropertyGroup, UILayout
 
+from .. import compat
 from ..drawing.icons import curve_icon, swatch_icon
 from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, Swatch, swatches_of
@@ -97,4 +98,4 @@ def draw_swatches(layout: UILayout, swatches: Iterable[Swatch]) -> None:
 
 def is_editable(owner: ID) -> bool:
     """Whether this is not linked from another file."""
-    return not isinstance(owner, bpy.types.ID) or owner.library is None
+    return not isinstance(owner, bpy.types.ID) or compat.is_editable(owner)

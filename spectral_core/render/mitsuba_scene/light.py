@@ -248,4 +248,10 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
             parameters.update()
 
         context.switches.setdefault(world.group, []).append(switch)
+    if context.spectral and context.white is not None:
+        daylight = context.load({"type": "d65", "scale": unit})
+        white = paint.sampled_spectrum(context, context.white)
+        return context.load(
+            {"type": "tinted_environment", "environment": emitter, "white": white, "daylight": daylight}
+        )
     return emitter

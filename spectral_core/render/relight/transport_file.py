@@ -20,9 +20,9 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
 from spectral_core.files.guarded import reading, require_shallow
 from spectral_core.files.whole import require_own_kind
-from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.storages import storage_of_document
 from spectral_core.render.relight.transport import Transport
-from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
+from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
@@ -50,10 +50,10 @@ def write_transport(path: Path, transport: Transport, *, only_over_transports: b
     """
     module = openexr()
     meaning = json.dumps({**_meaning(transport), "checksum": _checksum(transport)})
-    layout = LAYOUT if transport.storage.kind == "bands" else {}
+    layout = transport.storage.exr_header
     parts = []
     for number, (group, planes) in enumerate(zip(transport.groups, transport.channels, strict=True)):
-        names = channel_names(transport.storage)
+        names = transport.storage.channel_names()
         pixels = {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(names, planes, strict=True)}
         header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, _ATTRIBUTE: meaning, **layout}
         parts.append(module.Part(header, pixels, f"{number} {group or 'ungrouped'}"))
@@ -96,16 +96,6 @@ def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     return transport
 
 
-def channel_names(storage: Storage) -> list[str]:
-    """Names of the EXR channels of one group, in the order of the transport's channels."""
-    if storage.grid is None:
-        return ["R", "G", "B"]
-    labels = [spectral_channel(knot) for knot in storage.grid.wavelengths_nm]
-    if storage.kind == "bands":
-        return labels
-    return [label.replace("S0", axis) for label in labels for axis in "XYZ"]
-
-
 def _meaning(transport: Transport) -> dict[str, Any]:
     grid = transport.storage.grid
     return {
@@ -120,6 +110,7 @@ def _meaning(transport: Transport) -> dict[str, Any]:
         "scene_hash": transport.scene_hash,
         "samples": transport.samples,
         "seed": transport.seed,
+        **({} if transport.view is None else {"view": transport.view.document()}),
     }
 
 
@@ -152,17 +143,17 @@ def _read_meaning(path: Path, parts: list[Any]) -> dict[str, Any]:
 
 def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transport:
     try:
-        knots = meaning["wavelengths_nm"]
-        storage = Storage(meaning["storage"], None if knots is None else SpectralGrid(np.array(knots)))
+        storage = storage_of_document(meaning["storage"], meaning["wavelengths_nm"])
         groups = tuple(meaning["groups"])
-        names = channel_names(storage)
+        names = storage.channel_names()
         planes = [[_plane(part, name) for name in names] for part in parts[: len(groups)]]
         return Transport(
             storage, groups, np.array(planes, dtype=np.float32), _plane(parts[len(groups)], "A"),
             tuple(_light_of(light) for light in meaning["lights"]), float(meaning["exposure"]),
             str(meaning["scene_hash"]), int(meaning["samples"]), int(meaning["seed"]),
+            ViewTransform.of_document(meaning["view"]) if "view" in meaning else None,
         )  # fmt: skip
-    except (KeyError, IndexError, TypeError, InvalidInputError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, InvalidInputError) as error:
         raise FileFormatError(f"{path} lacks a part or channel of its transport ({error}); record it again") from error
 
 
