@@ -12,6 +12,7 @@ from spectral_core.scene import Camera, Film
 
 from .context import Translation
 from .frames import rigid
+from .visibility import cycles_settings
 
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
 MILLIMETRE = 1e-3
@@ -82,6 +83,7 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         transparent=render.film_transparent,
         filter_width=float(np.clip(render.filter_size, 0.01, 10.0)),
+        exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )
 
 

@@ -32,6 +32,7 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
     if source.render.use_motion_blur:
         translation.note(source.name, "motion blur is not simulated; each frame stands still")
     found = collect(translation)
+    world = overridden(depsgraph, "world_override") or source.world
     scene = Scene(
         camera=viewed,
         film=film,
@@ -39,7 +40,7 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
         materials=found.materials,
         instances=tuple(found.instances),
         lights=tuple(found.lights),
-        world=translate_world(translation, overridden(depsgraph, "world_override") or source.world),
+        world=translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None),
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.scene import RenderSettings
+from spectral_core.scene import LightPaths, RenderSettings
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,13 @@ def settings_of(scene: Any) -> RenderSettings:
     settings = scene.spectral.render
     chosen = overrides_of(settings)
     transport = chosen.pop("transport", None)
+    cycles = getattr(scene, "cycles", None)
     return RenderSettings(
         transport=transport,  # type: ignore[arg-type]
         tolerance_delta_e=settings.tolerance,
         overrides=tuple(sorted(chosen.items())),
+        light_paths=LightPaths() if cycles is None else _light_paths(cycles),
+        scene_bounces=None if cycles is None else int(cycles.max_bounces),
     )
 
 
@@ -41,3 +44,17 @@ def overrides_of(settings: Any) -> dict[str, str]:
     if settings.transport != "AUTO":
         chosen["transport"] = settings.transport.lower()
     return chosen
+
+
+def _light_paths(cycles: Any) -> LightPaths:
+    """Cycles' own limits on paths: files are set up with them in mind, whoever renders."""
+    return LightPaths(
+        diffuse=cycles.diffuse_bounces,
+        glossy=cycles.glossy_bounces,
+        transmission=cycles.transmission_bounces,
+        transparent=cycles.transparent_max_bounces,
+        clamp_direct=cycles.sample_clamp_direct,
+        clamp_indirect=cycles.sample_clamp_indirect,
+        reflective_caustics=cycles.caustics_reflective,
+        refractive_caustics=cycles.caustics_refractive,
+    )

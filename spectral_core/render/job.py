@@ -23,7 +23,7 @@ from spectral_core.render.trace.scene_path import ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.wavelengths import Bands, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
-from spectral_core.scene import Color, LightPaths, Note, Scene
+from spectral_core.scene import Color, Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 MEDIA_LIMITS = (
@@ -116,7 +116,7 @@ class RenderJob:
         """What follows light between surfaces: our own paths, Mitsuba's where it scatters inside media."""
         plan, limits = self.plan, self.scene.settings.light_paths
         if plan.is_on("media"):
-            if self._loaded.rules.need_paths or limits != LightPaths():
+            if self._loaded.rules.need_paths or limits.is_tight:
                 self._loaded_notes += (Note("Light paths", MEDIA_LIMITS),)
             depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
             description = {"type": "volpath", "max_depth": depth, "rr_depth": min(ROULETTE_BOUNCES, depth)}

@@ -39,6 +39,10 @@ class Falloff:
         require_range("falloff smooth", self.smooth, 0.0, LARGEST)
 
 
+EVEN = Falloff()
+"""What is physical: the inverse square alone."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Photometry:
     """Strength by direction, as luminaires are measured (an IES file).
@@ -74,7 +78,7 @@ class _Light:
     max_bounces: int = 1024
     """Bounces after which the light counts no more."""
     casts_shadow: bool = True
-    falloff: Falloff = Falloff()
+    falloff: Falloff = EVEN
     is_planckian: bool = False
     """Whether ``color`` only stands for a color temperature, which three channels say as well."""
 

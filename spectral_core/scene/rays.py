@@ -29,7 +29,7 @@ UNLIMITED = 1 << 20
 class LightPaths:
     """Where paths end beside the plan's own count, as Cycles' settings of the same names say.
 
-    ``diffuse``, ``glossy``, ``transmission``: bounces of that kind. ``transparent``: surfaces that a ray passes straight.
+    ``diffuse``, ``glossy``, ``transmission``: bounces of that kind. ``transparent``: surfaces that a ray passes.
     ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; what is above is lost.
     ``reflective_caustics``, ``refractive_caustics``: whether what was scattered diffusely meets mirrors and glass.
     """
@@ -48,3 +48,14 @@ class LightPaths:
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
         for name in ("clamp_direct", "clamp_indirect"):
             require_range(name, getattr(self, name), 0.0, 1e30)
+
+    @property
+    def is_tight(self) -> bool:
+        """Whether they cut off more than Blender's own defaults do, which is what shows."""
+        few = self.diffuse < 4 or self.glossy < 4 or self.transmission < 12 or self.transparent < 8
+        dimmed = self.clamp_direct > 0 or 0 < self.clamp_indirect < 10
+        return few or dimmed or not (self.reflective_caustics and self.refractive_caustics)
+
+
+UNLIMITED_PATHS = LightPaths()
+"""No limits beside the plan's."""

@@ -14,7 +14,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
-from spectral_core.scene.rays import LightPaths
+from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths
 from spectral_core.scene.surface import Material
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -42,7 +42,7 @@ class RenderSettings:
     tolerance_delta_e: float = 1.0
     overrides: tuple[tuple[str, str], ...] = ()
     white: Spectrum | None = None
-    light_paths: LightPaths = LightPaths()
+    light_paths: LightPaths = UNLIMITED_PATHS
     scene_bounces: int | None = None
 
 

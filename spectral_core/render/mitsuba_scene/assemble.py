@@ -84,9 +84,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     loaded = context.load(description)
     eye = scene.camera.world_from_camera[:3, 3]
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
-    return LoadedScene(
-        loaded, tuple(context.notes), tuple(hidden), context.switches or {}, rules, background, around
-    )
+    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), context.switches or {}, rules, background, around)
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:

@@ -103,9 +103,7 @@ def every_degree(measured: Photometry) -> NDArray[np.float64]:
 class Shaping:
     """A product of factors of the direction, and the falloff with distance: dᵖ · d² / (s + d²)."""
 
-    def __init__(
-        self, factors: Sequence[Callable[[Any], Any]] = (), power: int = 0, smooth: float = 0.0
-    ) -> None:
+    def __init__(self, factors: Sequence[Callable[[Any], Any]] = (), power: int = 0, smooth: float = 0.0) -> None:
         self.factors, self.power = tuple(factors), power
         self.smooth = _number(smooth) if smooth > 0 else None
 

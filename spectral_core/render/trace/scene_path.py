@@ -13,7 +13,7 @@ from functools import cache
 from typing import Any
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
-from spectral_core.scene import LightPaths, Rays
+from spectral_core.scene import UNLIMITED_PATHS, LightPaths, Rays
 
 ROULETTE_BOUNCES = 5
 """Bounces from which on Russian roulette may end a path."""
@@ -30,7 +30,7 @@ class PathSettings:
 
     bounces: int
     transparency: bool
-    limits: LightPaths = LightPaths()
+    limits: LightPaths = UNLIMITED_PATHS
     white: float = 1.0
 
 
@@ -117,7 +117,7 @@ def _integrator_class(variant: str) -> Any:
             )
             return state.light, state.seen, []
 
-        def step(self, scene: Any, path: PathState, sampler: Any) -> tuple[PathState, Any]:
+        def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: what it brings, what is sampled there, and how the path goes on."""
             si = scene.ray_intersect(path.ray, mi.RayFlags.All, path.depth == 0, path.active)
             shape = self.tables.shape_number(si)
@@ -159,7 +159,7 @@ def _integrator_class(variant: str) -> Any:
             path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= self.layers)
             return path, sampler
 
-        def count(self, path: PathState, bs: Any, scatters: Any) -> None:
+        def count(self, path: Any, bs: Any, scatters: Any) -> None:
             """Count a bounce by its kind, as Cycles does, and see whether it was the last."""
             mirrors = scatters & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
             is_diffuse = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Diffuse)
@@ -191,7 +191,7 @@ def _integrator_class(variant: str) -> Any:
             outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
             return (bs.wo.z > 0.0) == outside
 
-        def arrived(self, scene: Any, si: Any, path: PathState, active: Any) -> Any:
+        def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
             """Light that a ray meets: from a glowing surface or the surroundings, weighed against sampling it."""
             emitter = si.emitter(scene)
             number = self.tables.number(emitter)
