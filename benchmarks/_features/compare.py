@@ -29,8 +29,8 @@ class Comparison:
     by_region: dict[str, float]
 
 
-BLACK = 2e-3
-"""Least mean that an error is relative to: a hundredth of the stage's own level."""
+BLACK = 5e-3
+"""Least mean that an error is relative to: a fiftieth of the stage's own level."""
 
 
 def render(engine: str, seed: int) -> Pixels:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Color, Falloff, Paint, Photometry
+from spectral_core.scene import Color, Falloff, ImageTexture, Paint, Photometry
 from spectral_core.spectra.catalogue import blackbody
 from spectral_core.spectra.luminaire import read_ies
 from spectral_core.spectra.spectrum import Spectrum
@@ -107,7 +107,7 @@ def _emission(reader: Reader, source: Output) -> Shine:
     spectrum = spectra.spectrum_of(reader.translation, source.node)
     paint = spectrum if spectrum is not None else reader.paint(source.input("Color"), white)
     shine = _strength(reader, source.input("Strength"))
-    if not isinstance(paint, Color) and spectrum is None and hasattr(paint, "pixels"):
+    if isinstance(paint, ImageTexture):
         reader.note("an image on a lamp is shown as its mean color")
         paint = Color(mean_color(paint))
     planckian = spectrum is None and isinstance(paint, Spectrum) and paint.source == "Planck's law"

@@ -108,7 +108,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
     if uv_map not in (None, GENERATED) and uv_layer(thing.data, uv_map or "") is None:
         which = f"no UV map {uv_map!r}" if uv_map else "no UV map"
         found.translation.note(thing.name, f"it has {which} for the images on it; they show their corner pixel")
-    layer, original = found.translation.depsgraph.view_layer_eval, thing.original
+    layer, original = found.translation.depsgraph.view_layer, thing.original
     if thing.is_shadow_catcher:
         found.translation.note(thing.name, "it is a shadow catcher, which is rendered as a plain object")
     hidden = hidden_from(thing)

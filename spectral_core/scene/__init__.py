@@ -16,6 +16,7 @@ from spectral_core.scene.lights import (
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
+from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
     AddSurface,
     Diffuse,
@@ -31,41 +32,9 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
-    "UNLIMITED_PATHS",
-    "AddSurface",
-    "AreaLight",
-    "Camera",
-    "Color",
-    "Diffuse",
-    "Emission",
-    "Falloff",
-    "Film",
-    "Glass",
-    "Glossy",
-    "ImageTexture",
-    "Instance",
-    "Light",
-    "LightPaths",
-    "Material",
-    "Mesh",
-    "MixSurface",
-    "MixedPaint",
-    "Note",
-    "Paint",
-    "Photometry",
-    "PointLight",
-    "Principled",
-    "Rays",
-    "RenderSettings",
-    "Scalar",
-    "ScatteringMedium",
-    "Scene",
-    "SpotLight",
-    "SunLight",
-    "Surface",
-    "Transparent",
-    "VolumeObject",
-    "World",
-    "gray",
-    "scene_hash",
+    "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Diffuse", "Emission", "Falloff", "Film",
+    "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh", "MixSurface",
+    "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Rays", "RenderSettings", "Scalar",
+    "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface", "Transparent", "VolumeObject",
+    "World", "gray", "scene_hash",
 ]  # fmt: skip

@@ -116,7 +116,7 @@ def test_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
     path = tmp_path / "motion.json"
     bpy.ops.spectral.board_motion(filepath=str(path))
     assert set(Recording.load(path).targets) == {ENERGY, SIZE}
-    assert json.loads(path.read_text())["kind"] == "spectral-scene fader recording"
+    assert json.loads(path.read_text())["format"] == "spectral-scene fader recording"
     assert len(board.simultaneity.splitlines()) == 2
 
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
+from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
+
+if TYPE_CHECKING:
+    from spectral_core.explore.board import Board, Change
 
 TICK_SECONDS = 1 / 60
 RENDER_SECONDS = 0.5
@@ -54,8 +58,10 @@ def read(target: str) -> float:
         return 0.0
 
 
-def start(scene) -> list[str]:
-    """Open what is there and listen; returns what could not be opened, in words. Nothing there is no error."""
+def start(scene: Scene) -> tuple[Session, list[str]]:
+    """Open what is there and listen; returns what runs, and what could not be opened, in words.
+
+    That nothing is there is no error."""
     from spectral_core.explore.board import Board
 
     stop()
@@ -72,10 +78,10 @@ def start(scene) -> list[str]:
     rebind(scene)
     if not bpy.app.background:
         bpy.app.timers.register(tick, first_interval=TICK_SECONDS)
-    return missing
+    return _session, missing
 
 
-def _midi(settings, board) -> Any:
+def _midi(settings: PropertyGroup, board: Board) -> Any:
     from spectral_core.explore.board import Control
     from spectral_core.explore.board.midi import MidiLink
 
@@ -84,14 +90,14 @@ def _midi(settings, board) -> Any:
     return MidiLink(board.receive, name=settings.midi_port or None, fine=fine)
 
 
-def _osc(settings, board) -> Any:
+def _osc(settings: PropertyGroup, board: Board) -> Any:
     from spectral_core.explore.board.osc import OscLink
 
     feedback = (settings.feedback_host, settings.feedback_port) if settings.feedback_host else None
     return OscLink(board.receive, host=settings.osc_host, port=settings.osc_port, feedback=feedback)
 
 
-def rebind(scene) -> None:
+def rebind(scene: Scene) -> None:
     """Give the running board the bindings that the scene stores."""
     from spectral_core.explore.board import Binding, Control
 
@@ -151,7 +157,7 @@ def range_of(target: str) -> tuple[float, float]:
     return number_at(target).range()
 
 
-def _store_learned(scene, target: str) -> None:
+def _store_learned(scene: Scene, target: str) -> None:
     assert _session is not None
     learned = next(binding for binding in reversed(_session.board.bindings) if binding.target == target)
     settings = scene.spectral.board
@@ -163,7 +169,7 @@ def _store_learned(scene, target: str) -> None:
     entry.control = str(learned.control)
 
 
-def _write(scene, change) -> None:
+def _write(scene: Scene, change: Change) -> None:
     from .paths import number_at
 
     assert _session is not None
@@ -202,7 +208,7 @@ def stop() -> None:
 
 
 @bpy.app.handlers.persistent
-def _before_load(*_) -> None:
+def _before_load(*_: object) -> None:
     stop()
 
 

@@ -74,6 +74,9 @@ def _integrator_class(variant: str) -> Any:
             "before_shape": mi.UInt32,
         }
 
+        before: Any
+        before_shape: Any
+
         def __init__(self, ray: Any = None, active: Any = None) -> None:
             for name, kind in self.DRJIT_STRUCT.items():
                 setattr(self, name, dr.zeros(kind))
@@ -129,15 +132,16 @@ def _integrator_class(variant: str) -> Any:
             hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
             path.seen |= hit
             bsdf = si.bsdf()
-            hit &= ~self.cut_caustic(bsdf, path.kind)
-            direct = self.direct(scene, sampler, (si, bsdf, shape), path.depth, hit & ~path.last)
+            # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
+            hit &= ~self.cut_caustic(bsdf, path.kind) & (path.passed <= self.layers)
+            direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit)
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             outward = si.to_world(bs.wo)
-            scatters = hit & ~straight & ~path.last & self.keeps_side(si, bs, outward)
+            scatters = hit & ~straight & ~path.last & self.keeps_side(si, bs.wo, outward)
             onward = unseen | (hit & straight) | scatters
             path.throughput = dr.select(hit, path.throughput * weight, path.throughput)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
@@ -156,7 +160,7 @@ def _integrator_class(variant: str) -> Any:
             dies = gamble & (sampler.next_1d() >= survival)
             spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
             path.throughput = dr.select(gamble & ~dies, spared, path.throughput)
-            path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= self.layers)
+            path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= self.layers + 1)
             return path, sampler
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
@@ -186,10 +190,10 @@ def _integrator_class(variant: str) -> Any:
             above = (si.wi.z > 0.0) == (outside == faces)
             return mi.Vector3f(si.wi.x, si.wi.y, dr.select(above | ~si.is_valid(), si.wi.z, -si.wi.z))
 
-        def keeps_side(self, si: Any, bs: Any, outward: Any) -> Any:
-            """Whether a scattered ray leaves on the side of the geometry that its lobe says: no leaks at edges."""
+        def keeps_side(self, si: Any, wo: Any, outward: Any) -> Any:
+            """Whether a direction leaves on the side of the geometry that it leaves the shading on: no leaks."""
             outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
-            return (bs.wo.z > 0.0) == outside
+            return (wo.z > 0.0) == outside
 
         def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
             """Light that a ray meets: from a glowing surface or the surroundings, weighed against sampling it."""
@@ -211,7 +215,7 @@ def _integrator_class(variant: str) -> Any:
                 lit |= seen
             return dr.select(lit, value * share, 0.0)
 
-        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], depth: Any, active: Any) -> Any:
+        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number), through what it shines through."""
             si, bsdf, shape = hit
             wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
@@ -219,7 +223,8 @@ def _integrator_class(variant: str) -> Any:
             wanted &= ds.pdf != 0.0
             number = self.tables.number(ds.emitter)
             wo = si.to_local(ds.d)
-            wanted &= self.tables.lights_it(number, self.kind_of(bsdf, si, wo), depth, shape)
+            wanted &= self.tables.lights_it(number, self.kind_of(bsdf, si, wo), path.depth, shape)
+            wanted &= self.keeps_side(si, wo, ds.d)
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted)
             share = dr.select(ds.delta, 1.0, squared_share(ds.pdf, pdf))
             shadowless = mi.Bool(False)
@@ -227,7 +232,7 @@ def _integrator_class(variant: str) -> Any:
                 shadowless = self.tables.look_up(self.tables.shadowless, number) != 0
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * light != 0.0)
-            clear = self.clear_way(scene, si, ds, number, wanted & ~shadowless)
+            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed), wanted & ~shadowless)
             return dr.select(wanted, value * light * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
@@ -237,14 +242,16 @@ def _integrator_class(variant: str) -> Any:
             own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
             return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
-        def clear_way(self, scene: Any, si: Any, ds: Any, emitter: Any, active: Any) -> Any:
-            """Share of light that comes through from an emitter's point to a hit."""
-            ray = si.spawn_ray_to(ds.p)
+        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
+            """Share of light that comes through from a point of an emitter (number, surfaces passed before)."""
             if not (self.settings.transparency or self.tables.blocks_selectively):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
-            return self.through(scene, ray, emitter, mi.Bool(active))
+            return self.through(scene, ray, light, mi.Bool(active))
 
-        def through(self, scene: Any, ray: Any, emitter: Any, active: Any) -> Any:
+        def through(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
+            """The product of what the surfaces on a shadow ray let through."""
+            emitter, passed = light
+
             def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
                 si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
                 met = active & si.is_valid()
@@ -256,7 +263,7 @@ def _integrator_class(variant: str) -> Any:
                 ray.maxt = rest
                 return ray, clear, layers, met & (dr.max(clear) > 0.0) & (layers <= self.layers)
 
-            start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(0), active)
+            start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), active)
             _, clear, layers, _ = dr.while_loop(start, lambda _r, _c, _n, active: active, body)
             # a way that was cut off in the middle is blocked
             return dr.select(layers <= self.layers, clear, 0.0)
