@@ -12,6 +12,7 @@ from spectral_core.scene import Camera, Film
 
 from .context import Translation
 from .frames import rigid
+from .ledger import note_changed
 from .visibility import cycles_settings
 
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
@@ -31,12 +32,18 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         )
         return Camera(world_from_camera=rigid(matrix), field_of_view_rad=2 * np.arctan(36 / 100))
     lens = camera.data
-    if lens.type == "PANO":
-        translation.note(camera.name, "a panoramic camera is shown as a perspective one")
+    for item in (lens, lens.dof):
+        note_changed(translation, camera.name, item)
+    if lens.type not in ("PERSP", "ORTHO"):
+        kind = {"PANO": "panoramic", "CUSTOM": "custom"}.get(lens.type, lens.type.lower())
+        translation.note(camera.name, f"a {kind} camera is shown as a perspective one")
     orthographic = lens.type == "ORTHO"
+    placed = rigid(matrix)
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        placed[:3, 1] *= -1  # a mirrored camera gives a mirrored picture, as in Cycles
     near = max(lens.clip_start, 1e-6)
     return Camera(
-        world_from_camera=rigid(matrix),
+        world_from_camera=placed,
         kind="orthographic" if orthographic else "perspective",
         field_of_view_rad=float(np.clip(lens.angle, 1e-3, np.pi - 1e-3)),
         orthographic_scale=lens.ortho_scale,

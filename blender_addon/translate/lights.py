@@ -13,6 +13,7 @@ from spectral_core.scene import AreaLight, Color, Falloff, Light, PointLight, Ra
 from .. import compat
 from .context import Translation
 from .frames import rigid
+from .ledger import note_changed, note_nodes
 from .light_nodes import shine_of
 from .visibility import cycles_settings, hidden_from
 
@@ -28,6 +29,9 @@ def translate_light(translation: Translation, name: str, thing: Any, world_from_
     lamp, matrix = thing.data, np.asarray(world_from_light, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
         return None  # a portal only guides Cycles' sampling of the surroundings
+    for item in (lamp, getattr(lamp, "cycles", None)):
+        note_changed(translation, name, item)
+    note_nodes(translation, name, compat.node_tree(lamp))
     shine = shine_of(translation, lamp)
     color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):

@@ -11,7 +11,9 @@ import numpy as np
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObject
 
+from .. import compat
 from .context import Translation, overridden
+from .ledger import note_changed, note_nodes
 from .lights import translate_light
 from .materials import Dressed, translate_material
 from .meshes import GENERATED, translate_mesh, uv_layer
@@ -108,9 +110,13 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
     if uv_map not in (None, GENERATED) and uv_layer(thing.data, uv_map or "") is None:
         which = f"no UV map {uv_map!r}" if uv_map else "no UV map"
         found.translation.note(thing.name, f"it has {which} for the images on it; they show their corner pixel")
+    note_changed(found.translation, thing.name, getattr(thing, "cycles", None))
     layer, original = found.translation.depsgraph.view_layer, thing.original
     if thing.is_shadow_catcher:
         found.translation.note(thing.name, "it is a shadow catcher, which is rendered as a plain object")
+    is_holdout = bool(thing.is_holdout or original.holdout_get(view_layer=layer))
+    if is_holdout and not found.translation.scene.render.film_transparent:
+        found.translation.note(thing.name, "it is a holdout: black, and a hole only where the film is transparent")
     hidden = hidden_from(thing)
     if original.indirect_only_get(view_layer=layer):
         hidden |= Rays.CAMERA
@@ -123,7 +129,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
             tuple(item.material.name for item in dressed),
             original.lightgroup,  # Blender does not tell the evaluated copy of a change
             hidden,
-            bool(thing.is_holdout or original.holdout_get(view_layer=layer)),
+            is_holdout,
         )
     )
 
@@ -135,6 +141,10 @@ def _materials(thing: Any) -> list[Any]:
 
 def _dress(found: Collected, material: Any) -> Dressed:
     key = None if material is None else material.as_pointer()
+    if key not in found.dressed and material is not None:
+        for item in (material, getattr(material, "cycles", None)):
+            note_changed(found.translation, material.name, item)
+        note_nodes(found.translation, material.name, compat.node_tree(material))
     if key not in found.dressed:
         found.dressed[key] = translate_material(found.translation, material)
     return found.dressed[key]

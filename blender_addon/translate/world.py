@@ -16,6 +16,7 @@ from . import spectra, surfaces  # noqa: F401  (surfaces brings the nodes that R
 from .context import Translation
 from .fields import Field, mean_color
 from .images import image_of_node
+from .ledger import note_changed, note_nodes
 from .nodes import Input, Output, linked, surface_output
 from .reader import Reader, evaluator
 from .surroundings import Term, joined, resampled
@@ -29,6 +30,9 @@ def translate_world(translation: Translation, world: Any) -> World:
         return World()
     reader = Reader(translation, world.name)
     tree = compat.node_tree(world)
+    for item in (world, getattr(world, "cycles", None)):
+        note_changed(translation, world.name, item)
+    note_nodes(translation, world.name, tree)
     own: dict[str, Any] = {
         "group": getattr(world.original, "lightgroup", ""),  # Blender does not tell the evaluated copy of a change
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
