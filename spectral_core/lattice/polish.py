@@ -66,4 +66,3 @@ def _near_ties(generator: Matrix) -> NDArray[np.int64]:
     shortest = vectors[lengths < lengths.min() * (1.0 + NEAR)]
     pairs += [(shortest[0], other) for other in shortest[1:] if not np.array_equal(other, -shortest[0])]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2, n) @ change.T
-
