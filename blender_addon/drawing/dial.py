@@ -6,6 +6,7 @@ Only while Blender draws; where things stand comes from ``light_dial_shape``, as
 
 import bpy
 import numpy as np
+from bpy.types import Area, PropertyGroup, Region
 
 from ..editing.dial.live import shares_of
 from .dial_shape import DISC, LABEL_ROOM, DialShape, disc, rim, tooltip
@@ -25,7 +26,7 @@ hovered = {"area": 0}
 _handlers: list = []
 
 
-def shape_in(area, region) -> DialShape:
+def shape_in(area: Area, region: Region) -> DialShape:
     """Where the dial stands in the main region of an area."""
     tools = sum(each.width for each in area.regions if each.type == "TOOLS" and each.alignment == "LEFT")
     scale = bpy.context.preferences.system.ui_scale
@@ -57,7 +58,7 @@ def _below(shape: DialShape) -> tuple[float, float]:
     return shape.x - DISC * shape.unit, shape.y - DISC * shape.unit - 20 * shape.scale
 
 
-def _draw_plate(shape: DialShape, dial) -> None:
+def _draw_plate(shape: DialShape, dial: PropertyGroup) -> None:
     middle = (shape.x, shape.y)
     draw_triangles(disc(middle, DISC * shape.unit, 96), DISC_COLOR)
     draw_line(rim(middle, DISC * shape.unit, 96), RIM_COLOR, 1.5 * shape.scale)
@@ -67,7 +68,7 @@ def _draw_plate(shape: DialShape, dial) -> None:
             draw_line(np.array([at, shape.pixels(tuple(bulb.place))]), SPOKE_COLOR, 1.0 * shape.scale)
 
 
-def _draw_bulb(shape: DialShape, bulb, share: float) -> None:
+def _draw_bulb(shape: DialShape, bulb: PropertyGroup, share: float) -> None:
     """A bulb glows by its share, in the color of its light; one that is off is an empty ring."""
     import blf
 
@@ -86,7 +87,7 @@ def _draw_bulb(shape: DialShape, bulb, share: float) -> None:
     write(label, at[0] - width / 2, y, TEXT if bulb.is_on else FAINT)
 
 
-def _draw_selector(shape: DialShape, dial) -> None:
+def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:
     at, scale = shape.pixels(tuple(dial.selector)), shape.scale
     draw_line(rim(at, 5 * scale), (0.0, 0.0, 0.0, 0.8), 4.0 * scale)
     draw_line(rim(at, 5 * scale), SELECTOR, 2.0 * scale)

@@ -2,6 +2,7 @@
 """A spectrum follows the choice of its source: it is read from the catalogue or from a file, at once."""
 
 import bpy
+from bpy.types import PropertyGroup
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.spectra.spectrum import Spectrum
@@ -12,7 +13,7 @@ from ..translate.spectra import catalogue
 from ..translate.spectra.stored import kind_in, write_samples
 
 
-def reload(spectral) -> None:
+def reload(spectral: PropertyGroup) -> None:
     """Read the spectrum from its catalogue or file again; on failure the values stay and ``message`` says why."""
     try:
         spectrum = _read(spectral, kind_in(spectral))
@@ -25,7 +26,7 @@ def reload(spectral) -> None:
     spectral.message = ""
 
 
-def _read(spectral, kind: str) -> Spectrum | None:
+def _read(spectral: PropertyGroup, kind: str) -> Spectrum | None:
     if spectral.source == "CATALOGUE":
         return catalogue.named(kind, spectral.catalogue_name)
     if spectral.source == "FILE":
@@ -67,7 +68,7 @@ def _entries(spectral: bpy.types.PropertyGroup) -> list[str]:
         from spectral_core.spectra.files import read_spectra
 
         path = bpy.path.abspath(spectral.filepath, library=spectral.id_data.library)
-        return [spectrum.name for spectrum in read_spectra(path, kind=kind_in(spectral))]
+        return [spectrum.name for spectrum in read_spectra(path, kind=catalogue.READ_AS[kind_in(spectral)])]
     except (SpectralError, OSError):
         return []  # the message of the property says what is wrong with the file
 

@@ -1,25 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Start and stop the mixing board, learn faders, keep bounds in order, save the motion."""
 
-from pathlib import Path
-
 import bpy
 from bpy.props import IntProperty, StringProperty
+from bpy.types import Context, Event, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
 from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
 from ..editing.board.paths import full_path, number_at
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, chosen_path, reporting
 
 
-def board_in(context):
+def board_in(context: Context) -> PropertyGroup:
     """The mixing board of the scene that is being looked at."""
     return context.scene.spectral.board
 
 
-def _require_running():
+def _require_running() -> live.Session:
     running = live.session()
     if running is None:
         raise InvalidInputError("the mixing board does not run; press Start")
@@ -31,12 +30,11 @@ class SPECTRAL_OT_board_start(bpy.types.Operator):
 
     bl_idname = "spectral.board_start"
     bl_label = "Start Board"
-    bl_options = set()
+    bl_options: set[str] = set()
 
     @reporting
-    def execute(self, context):
-        missing = live.start(context.scene)
-        running = live.session()
+    def execute(self, context: Context) -> set[str]:
+        running, missing = live.start(context.scene)
         board_in(context).status = "; ".join(missing)
         for text in missing:
             self.report({"WARNING"}, text)
@@ -57,7 +55,7 @@ class SPECTRAL_OT_board_stop(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, _context):
+    def execute(self, _context: Context) -> None:
         _require_running()
         live.stop()
 
@@ -67,10 +65,10 @@ class SPECTRAL_OT_board_poll(bpy.types.Operator):
 
     bl_idname = "spectral.board_poll"
     bl_label = "Read Faders"
-    bl_options = set()
+    bl_options: set[str] = set()
 
     @reporting
-    def execute(self, _context):
+    def execute(self, _context: Context) -> None:
         _require_running()
         live.tick()
 
@@ -80,21 +78,26 @@ class SPECTRAL_OT_board_learn(bpy.types.Operator):
 
     bl_idname = "spectral.board_learn"
     bl_label = "Learn Fader"
-    bl_options = set()
+    bl_options: set[str] = set()
     target: StringProperty(
         name="Data Path", description='As Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
     )
 
-    def invoke(self, context, _event):
-        return self.execute(context) if self.target else context.window_manager.invoke_props_dialog(self, width=500)
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        return (
+            self.execute(context) or {"FINISHED"}
+            if self.target
+            else context.window_manager.invoke_props_dialog(self, width=500)
+        )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         number_at(self.target)
-        if live.session() is None and live.start(context.scene) and not live.session().links:
+        running = live.session() or live.start(context.scene)[0]
+        if not running.links:
             live.stop()
             raise InvalidInputError("no board could be reached; connect one, or switch OSC on")
-        live.session().board.learn(self.target)
+        running.board.learn(self.target)
         self.report({"INFO"}, "move a fader")
 
 
@@ -107,7 +110,7 @@ class SPECTRAL_OT_board_unbind(bpy.types.Operator):
     index: IntProperty(min=0)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         settings = board_in(context)
         if self.index >= len(settings.bindings):
             raise InvalidInputError(f"there is no binding {self.index}; the board has {len(settings.bindings)}")
@@ -124,18 +127,18 @@ class SPECTRAL_OT_board_order(bpy.types.Operator):
     lower: StringProperty(name="Lower", search=lambda self, context, typed: _targets(context, typed))
     upper: StringProperty(name="Upper", search=lambda self, context, typed: _targets(context, typed))
 
-    def invoke(self, context, _event):
+    def invoke(self, context: Context, _event: Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self, width=500)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         if number_at(self.lower) == number_at(self.upper):
             raise InvalidInputError("a number cannot bound itself; name two")
         order = board_in(context).orders.add()
         order.lower, order.upper = self.lower, self.upper
 
 
-def _targets(context, typed: str) -> list[str]:
+def _targets(context: Context, typed: str) -> list[str]:
     return [entry.name for entry in board_in(context).bindings if typed.lower() in entry.name.lower()]
 
 
@@ -144,21 +147,21 @@ class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
 
     bl_idname = "spectral.board_motion"
     bl_label = "Save Motion"
-    bl_options = set()
+    bl_options: set[str] = set()
     filename_ext = ".json"
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.explore.board import simultaneity
 
         recorded = live.recording()
-        recorded.save(Path(bpy.path.abspath(self.filepath)))
+        recorded.save(chosen_path(self.filepath))
         rows = [" ".join(f"{value:+.2f}" for value in row) for row in simultaneity(recorded)]
         board_in(context).simultaneity = "\n".join(rows)
 
 
-def draw_menu(self, context) -> None:
+def draw_menu(self: bpy.types.Menu, context: Context) -> None:
     """In the menu of every number: right click, Learn Fader."""
     pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
     if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:

@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From the dial back to the scene: the mixture on the lights themselves, or one light that gives all of it."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
+from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing.dial import live
+from ..editing.dial import changes, live
 from ..editing.dial.members import apply_weights
 from ..translate.spectra.stored import store_spectrum
 from .common import UNDOABLE, reporting
 from .dial import dial_in
+
+if TYPE_CHECKING:
+    from spectral_core.render.relight.mix import LiveMix
+    from spectral_core.render.relight.transport import Transport
+    from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 BAKED = "Dial Light"
 
@@ -27,7 +35,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         dial = dial_in(context)
         if not len(dial.bulbs):
             raise InvalidInputError("the dial has no bulbs yet; press Record")
@@ -36,16 +44,18 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
             self.report({"WARNING"}, "all bulbs are off: the lights are dark now. Ctrl Z, or Restore, brings them back")
         if not self.restore:
             _require_lamps(dial)
+        before = changes.parts_of(context.scene)
         count = apply_weights(dial.bulbs, weights)
         if not self.restore:
             _apply_lamps(dial)
+        changes.accept(context.scene, before)
         keyed = _animated(dial)
         if keyed:
             self.report({"WARNING"}, f"{keyed} is animated: its keyframes may take the mixture back")
         self.report({"INFO"}, f"{count} powers and strengths written")
 
 
-def _require_lamps(dial) -> None:
+def _require_lamps(dial: PropertyGroup) -> None:
     """A lamp that stands in for lights' own spectra must have somewhere to go, before anything is written."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
@@ -56,7 +66,7 @@ def _require_lamps(dial) -> None:
                 )
 
 
-def _apply_lamps(dial) -> None:
+def _apply_lamps(dial: PropertyGroup) -> None:
     for bulb in dial.bulbs:
         for kept in bulb.members if bulb.lamp else ():
             carrier = kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
@@ -64,7 +74,7 @@ def _apply_lamps(dial) -> None:
             carrier.spectral.catalogue_name = bulb.lamp
 
 
-def _animated(dial) -> str:
+def _animated(dial: PropertyGroup) -> str:
     """Name of the first lamp behind the dial that has keyframes or drivers, "" where none has."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
@@ -86,25 +96,26 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         dial = dial_in(context)
         mixing = live.live_mix(context.scene)
         weights = live.weights_of(dial)
         shares = weights * _luminances(mixing)
         lamps = [_first_lamp(bulb) for bulb in dial.bulbs]
         strongest = max(range(len(shares)), key=lambda k: (lamps[k] is not None, shares[k]))
-        if lamps[strongest] is None or not shares[strongest]:
+        lamp = lamps[strongest]
+        if lamp is None or not shares[strongest]:
             raise InvalidInputError(
                 "no lamp takes part in the mixture, so none can be made of it; turn the dial to one"
             )
         spectrum = _mixed_spectrum(dial, mixing.transport, shares)
-        made = lamps[strongest].owner.copy()
+        made = lamp.owner.copy()
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
         made.lightgroup = ""
         context.collection.objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
-        made.data.energy = lamps[strongest].base * weights[strongest] * shares.sum() / shares[strongest]
+        made.data.energy = lamp.base * weights[strongest] * shares.sum() / shares[strongest]
         store_spectrum(made.data.spectral, spectrum)
         if self.hide:
             for bulb in dial.bulbs:
@@ -114,14 +125,14 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
 
 
-def _first_lamp(bulb):
+def _first_lamp(bulb: PropertyGroup) -> PropertyGroup | None:
     for kept in bulb.members:
         if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT":
             return kept
     return None
 
 
-def _luminances(mixing) -> np.ndarray:
+def _luminances(mixing: "LiveMix") -> np.ndarray:
     """Mean luminance (n,) that each group brings to the recorded picture."""
     count = len(mixing.transport.groups)
     from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -131,7 +142,7 @@ def _luminances(mixing) -> np.ndarray:
     return np.maximum(luminances, 0.0)
 
 
-def _mixed_spectrum(dial, transport, shares):
+def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":
     """Sum of the lights' spectra, each with the luminance that it brings to the picture."""
     from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
@@ -152,7 +163,7 @@ def _mixed_spectrum(dial, transport, shares):
     return Illuminant("dial mixture", grid, total / total.max(), source="mixed on the light dial")
 
 
-def _unit(spectrum):
+def _unit(spectrum: "Spectrum") -> "Illuminant":
     from spectral_core.spectra.observer import normalized
     from spectral_core.spectra.spectrum import Illuminant
 

@@ -4,15 +4,19 @@
 Everything the mouse does is a change of ``scene.spectral.dial``; the picture follows those, whoever makes them.
 """
 
+import contextlib
+
 import bpy
 import numpy as np
 from bpy.props import FloatVectorProperty
+from bpy.types import Area, Context, Event, PropertyGroup, Region
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..drawing import dial as drawn
-from ..drawing.dial_shape import CLICK_PIXELS, Target, snapped
+from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, snapped
 from ..editing.dial import live
+from ..editing.dial.picture import look
 from .common import UNDOABLE, reporting
 from .dial import dial_in
 
@@ -22,11 +26,14 @@ ARROWS = {"LEFT_ARROW": (-1, 0), "RIGHT_ARROW": (1, 0), "UP_ARROW": (0, 1), "DOW
 DIGITS = ("ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE")
 HINT = "Dial: drag the light, drag bulbs, click bulbs on and off · Ctrl snaps · arrows, 1–9, 0 · Esc ends"
 
+Place = tuple[Area, Region]
+Pixel = tuple[float, float]
+
 running: set[int] = set()
 """Windows (``as_pointer``) in which the dial listens."""
 
 
-def _under_mouse(context, event):
+def _under_mouse(context: Context, event: Event) -> Place | None:
     """Area and main region below the mouse, None where it is another kind of editor."""
     for area in context.window.screen.areas:
         inside = area.x <= event.mouse_x < area.x + area.width and area.y <= event.mouse_y < area.y + area.height
@@ -37,7 +44,7 @@ def _under_mouse(context, event):
     return None
 
 
-def _holds(region, event) -> bool:
+def _holds(region: Region, event: Event) -> bool:
     return region.x <= event.mouse_x < region.x + region.width and region.y <= event.mouse_y < region.y + region.height
 
 
@@ -52,12 +59,12 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         _require_bulbs(context)
         dial_in(context).selector = self.selector
         live.show(context.scene)
 
-    def invoke(self, context, _event):
+    def invoke(self, context: Context, _event: Event) -> set[str]:
         try:
             _require_bulbs(context)
         except InvalidInputError as error:
@@ -67,50 +74,57 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         if key in running:
             return {"CANCELLED"}
         running.add(key)
-        self._window, self._drag = key, None
+        self._window = key
+        self._drag: _Drag | None = None
         dial_in(context).show = True
+        with contextlib.suppress(SpectralError, OSError):  # dial.message says it
+            look(context, live.show(context.scene))
         context.workspace.status_text_set(HINT)
         context.window_manager.modal_handler_add(self)
         live.changed(context.scene)
         return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
+    def modal(self, context: Context, event: Event) -> set[str]:
         if self._window not in running or not len(dial_in(context).bulbs):
             return self._end(context)
         if self._drag is not None:
             return self._dragging(context, event)
-        place = _under_mouse(context, event)
-        shape = drawn.shape_in(*place) if place else None
-        pixel = None if shape is None else (event.mouse_x - place[1].x, event.mouse_y - place[1].y)
-        is_over = shape is not None and dial_in(context).show and shape.is_over(pixel)
-        self._hover(place, is_over)
         if event.type == "ESC" and event.value == "PRESS":
             return self._end(context)
-        if event.type == "LEFTMOUSE" and event.value == "PRESS" and place and dial_in(context).show:
+        place = _under_mouse(context, event)
+        if place is None or not dial_in(context).show:
+            self._hover(None, False)
+            return {"PASS_THROUGH"}
+        shape = drawn.shape_in(*place)
+        pixel = (event.mouse_x - place[1].x, event.mouse_y - place[1].y)
+        is_over = shape.is_over(pixel)
+        self._hover(place, is_over)
+        if event.type == "LEFTMOUSE" and event.value == "PRESS":
             return self._press(context, place, shape, pixel)
         if is_over and event.value == "PRESS" and _key(context, event):
             return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
 
-    def _hover(self, place, is_over: bool) -> None:
-        now = place[0].as_pointer() if is_over else 0
+    def _hover(self, place: Place | None, is_over: bool) -> None:
+        now = place[0].as_pointer() if place is not None and is_over else 0
         if now != drawn.hovered["area"]:
             drawn.hovered["area"] = now
             live.redraw_dial()
 
-    def _press(self, context, place, shape, pixel):
+    def _press(self, context: Context, place: Place, shape: DialShape, pixel: Pixel) -> set[str]:
         dial = dial_in(context)
         target = shape.target(pixel, tuple(dial.selector), _places(dial))
         if target is None:
             return {"PASS_THROUGH"}
         before = tuple(dial.selector) if target.kind != "bulb" else tuple(dial.bulbs[target.index].place)
-        self._drag = _Drag(target, shape, place[1], pixel, before)
+        drag = self._drag = _Drag(target, shape, place[1], pixel, before)
         if target.kind == "disc":
-            self._drag.move(dial, pixel, snap=False)
+            drag.move(dial, pixel, snap=False)
         return {"RUNNING_MODAL"}
 
-    def _dragging(self, context, event):
+    def _dragging(self, context: Context, event: Event) -> set[str]:
         dial, drag = dial_in(context), self._drag
+        assert drag is not None
         pixel = (event.mouse_x - drag.region.x, event.mouse_y - drag.region.y)
         if event.type in ("MOUSEMOVE", "INBETWEEN_MOUSEMOVE"):
             drag.move(dial, pixel, snap=event.ctrl)
@@ -125,14 +139,14 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
             bpy.ops.ed.undo_push(message="Turn the Light Dial")
         return {"RUNNING_MODAL"}
 
-    def _end(self, context):
+    def _end(self, context: Context) -> set[str]:
         running.discard(self._window)
         drawn.hovered["area"] = 0
         context.workspace.status_text_set(None)
         live.redraw_dial()
         return {"FINISHED"}
 
-    def cancel(self, _context):
+    def cancel(self, _context: Context) -> None:
         """Blender ends it: another file is loaded, or the window closed."""
         running.discard(self._window)
 
@@ -140,11 +154,11 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
 class _Drag:
     """A press under way. A bulb moves only past CLICK_PIXELS, so that a click with a trembling hand stays one."""
 
-    def __init__(self, target: Target, shape, region, pixel, before) -> None:
+    def __init__(self, target: Target, shape: DialShape, region: Region, pixel: Pixel, before: Pixel) -> None:
         self.target, self.shape, self.region, self.before = target, shape, region, before
         self._start, self.is_click = pixel, True
 
-    def move(self, dial, pixel, *, snap: bool) -> None:
+    def move(self, dial: PropertyGroup, pixel: Pixel, *, snap: bool) -> None:
         self.is_click = self.is_click and np.hypot(*np.subtract(pixel, self._start)) < CLICK_PIXELS
         place = self.shape.place(pixel)
         if self.target.kind != "bulb":
@@ -153,7 +167,7 @@ class _Drag:
             others = np.delete(_places(dial), self.target.index, axis=0)
             dial.bulbs[self.target.index].place = snapped(place, others) if snap else place
 
-    def put_back(self, dial) -> None:
+    def put_back(self, dial: PropertyGroup) -> None:
         """As it was before the press."""
         if self.target.kind == "bulb":
             dial.bulbs[self.target.index].place = self.before
@@ -161,11 +175,11 @@ class _Drag:
             dial.selector = self.before
 
 
-def _places(dial) -> np.ndarray:
+def _places(dial: PropertyGroup) -> np.ndarray:
     return np.array([tuple(bulb.place) for bulb in dial.bulbs]).reshape(-1, 2)
 
 
-def _key(context, event) -> bool:
+def _key(context: Context, event: Event) -> bool:
     """Arrows nudge the selector (Shift: finely), 1 to 9 put it on a bulb, 0 in the middle; whether a key was one."""
     dial = dial_in(context)
     if event.type in ARROWS:
@@ -181,7 +195,7 @@ def _key(context, event) -> bool:
     return True
 
 
-def _require_bulbs(context) -> None:
+def _require_bulbs(context: Context) -> None:
     if not len(dial_in(context).bulbs):
         raise InvalidInputError("the dial has no bulbs yet; press Record")
 
@@ -191,9 +205,9 @@ class SPECTRAL_OT_dial_stop(bpy.types.Operator):
 
     bl_idname = "spectral.dial_stop"
     bl_label = "Let Go of the Dial"
-    bl_options = set()
+    bl_options: set[str] = set()
 
-    def execute(self, _context):
+    def execute(self, _context: Context) -> set[str]:
         running.clear()
         return {"FINISHED"}
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Palettes, spectra and swatches to and from files."""
 
-from pathlib import Path
-
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.types import Context
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
@@ -13,8 +13,8 @@ from ..editing.palette import live
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
-from ..translate.spectra.stored import spectrum_of
-from .common import UNDOABLE, palette_in, reporting
+from ..translate.spectra.stored import carried_spectrum
+from .common import UNDOABLE, chosen_path, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
@@ -27,11 +27,11 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette.files import read_palette
 
         palette = palette_in(context)
-        notes = palette_load.store_problem(palette, read_palette(self.filepath))
+        notes = palette_load.store_problem(palette, read_palette(chosen_path(self.filepath)))
         for note in notes:
             self.report({"WARNING"}, note)
         if palette_solve.solve_scene(context.scene) is None:
@@ -49,10 +49,12 @@ class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
     check_extension = None
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette.files import write_palette
 
-        write_palette(self.filepath, palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}")
+        write_palette(
+            chosen_path(self.filepath), palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}"
+        )
 
 
 FORMATS = [
@@ -72,14 +74,14 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
     file_format: EnumProperty(name="Format", items=FORMATS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.spectra.files import write_spectra
 
         palette = palette_in(context)
-        spectra = [spectrum_of(entry, "result") for entry in (*palette.lights, *palette.materials)]
-        if None in spectra or not spectra:
+        if not palette.status:
             raise InvalidInputError("the palette is not solved yet; press Solve first")
-        path = Path(self.filepath).with_suffix(f".{self.file_format}")
+        spectra = [carried_spectrum(entry, "result") for entry in (*palette.lights, *palette.materials)]
+        path = chosen_path(self.filepath).with_suffix(f".{self.file_format}")
         if self.file_format == "csv":
             write_spectra(path, spectra)
             return
@@ -102,18 +104,18 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette.files import Swatch, write_swatches
 
         palette = palette_in(context)
         if not palette.status:
             raise InvalidInputError("the palette is not solved yet; press Solve first")
         swatches = [
-            Swatch(material.name, tuple(material.cells[column].actual_linear), light.name)
+            Swatch(material.name, np.array(material.cells[column].actual_linear), light.name)
             for column, light in enumerate(palette.lights)
             for material in palette.materials
         ]
-        moved = write_swatches(self.filepath, swatches, clip=self.clip)
+        moved = write_swatches(chosen_path(self.filepath), swatches, clip=self.clip)
         if moved:
             self.report(
                 {"WARNING"}, f"{len(moved)} colors were outside the gamut and were moved: {', '.join(moved[:4])}"

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A palette that begins with the lights and materials that the scene has."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import bpy
+from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import display_rgb_from_linear
@@ -9,7 +13,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 from ..editing.palette import live
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import table
-from ..translate.spectra.stored import spectrum_of, store_spectrum
+from ..translate.spectra.stored import carried_spectrum, store_spectrum
 from .common import UNDOABLE, palette_in, reporting
 
 MOST = 15
@@ -28,7 +32,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         objects = context.view_layer.objects
         lights = _unique(thing.data for thing in objects if thing.type == "LIGHT")
         materials = _unique(slot.material for thing in objects for slot in thing.material_slots)
@@ -51,33 +55,33 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
         live.show()
 
 
-def _unique(found) -> list:
+def _unique(found: Iterable[Any]) -> list[Any]:
     return list(dict.fromkeys(each for each in found if each is not None))
 
 
-def _add_light(palette, lamp) -> None:
+def _add_light(palette: PropertyGroup, lamp: PropertyGroup) -> None:
     """Measured, with the spectrum that the light has, daylight where it has none."""
     column = table.add_light(palette, lamp.name)
     column.light = lamp
     if lamp.spectral.source == "CATALOGUE":
         column.spectral.catalogue_name = lamp.spectral.catalogue_name
     elif lamp.spectral.source != "NONE":
-        store_spectrum(column.spectral, spectrum_of(lamp))
+        store_spectrum(column.spectral, carried_spectrum(lamp))
 
 
-def _add_material(palette, material) -> None:
+def _add_material(palette: PropertyGroup, material: PropertyGroup) -> None:
     """Measured where the material has a measured spectrum, else to be designed."""
     row = table.add_material(palette, material.name)
     row.material = material
     if material.spectral.source in ("CATALOGUE", "FILE"):
         row.design = "MEASURED"
-        store_spectrum(row.spectral, spectrum_of(material))
+        store_spectrum(row.spectral, carried_spectrum(material))
         return
     row.cells[0].mode = "FIXED"
     row.cells[0].target = display_rgb_from_linear(main_color(material))
 
 
-def main_color(material) -> tuple[float, float, float]:
+def main_color(material: PropertyGroup) -> tuple[float, float, float]:
     """Linear RGB of the first color socket of a material's surface, of its viewport color where there is none."""
     tree = material.node_tree
     for node in tree.nodes if tree is not None else ():

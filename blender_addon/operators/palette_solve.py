@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets, Solve, Apply, and help with a conflict."""
+"""Presets, Solve, and help with a conflict."""
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
+from bpy.types import Context, PropertyGroup
 
-from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette import PaletteSolution
 
 from ..editing.palette import live
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette import table
-from ..translate.palette.apply import store_result
 from .common import UNDOABLE, palette_in, reporting
 
 PRESETS = [
@@ -34,7 +35,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
     preset: EnumProperty(name="Preset", items=PRESETS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette import presets
 
         problem = getattr(presets, self.preset.lower())()
@@ -43,7 +44,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
         _solve(context)
 
 
-def _rename_for_artists(palette) -> None:
+def _rename_for_artists(palette: PropertyGroup) -> None:
     """Short names that fit a narrow table; the library names spectra by how they were made."""
     for number, light in enumerate(palette.lights, 1):
         light.name = f"Light {number}" if light.name.startswith("sine") else LAMP_NAMES.get(light.name, light.name)
@@ -60,11 +61,11 @@ class SPECTRAL_OT_palette_clear(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         table.clear(palette_in(context))
 
 
-def _solve(context):
+def _solve(context: Context) -> PaletteSolution:
     solution = palette_solve.solve_scene(context.scene)
     if solution is None:
         raise InvalidInputError(palette_in(context).message)
@@ -80,68 +81,10 @@ class SPECTRAL_OT_palette_solve(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         solution = _solve(context)
         if not solution.status.trusted:
             self.report({"WARNING"}, solution.remedy)
-
-
-class SPECTRAL_OT_palette_apply(bpy.types.Operator):
-    """Give the designed spectra to the lights and materials of the scene that the table names. One undo step"""
-
-    bl_idname = "spectral.palette_apply"
-    bl_label = "Apply to Scene"
-    bl_options = UNDOABLE
-    create: bpy.props.BoolProperty(
-        name="Create Missing Materials", default=False, description="Make a Blender material for rows that name none"
-    )
-
-    @reporting
-    def execute(self, context):
-        palette = palette_in(context)
-        if palette.is_stale and palette.live:
-            palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
-        _require_appliable(palette)
-        if self.create:
-            _create_materials(palette)
-        count = sum(_apply_light(light) for light in palette.lights)
-        count += sum(_apply_material(material) for material in palette.materials)
-        if not count:
-            raise InvalidInputError(
-                "no row or column names a material or light of the scene; choose some below the table, or create them"
-            )
-        self.report({"INFO"}, f"{count} spectra applied")
-
-
-def _require_appliable(palette) -> None:
-    if not palette.status:
-        raise InvalidInputError("the palette is not solved yet; press Solve first")
-    if palette.is_stale:
-        raise InvalidInputError(f"the palette has changed since it was solved; solve it. {palette.message}".strip())
-    if palette.allow_negative:
-        raise InvalidInputError("unphysical spectra cannot be applied; switch Unphysical Spectra off and solve again")
-    if palette.status in ("inaccurate", "invisible"):
-        raise SolveError(f"the solution cannot be relied on and is not applied: {palette.remedy}")
-
-
-def _create_materials(palette) -> None:
-    for row in palette.materials:
-        if row.material is None:
-            row.material = bpy.data.materials.new(row.name)
-
-
-def _apply_light(light) -> int:
-    targets = [target for target in (light.light, light.world) if target is not None]
-    for target in targets:
-        store_result(target, light)
-    return len(targets)
-
-
-def _apply_material(row) -> int:
-    if row.material is None:
-        return 0
-    store_result(row.material, row)
-    return 1
 
 
 class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
@@ -154,7 +97,7 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     column: IntProperty(min=0)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         cells = dict(table.places(palette))
         if (self.row, self.column) not in cells:
@@ -169,7 +112,6 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_OT_palette_preset,
         SPECTRAL_OT_palette_clear,
         SPECTRAL_OT_palette_solve,
-        SPECTRAL_OT_palette_apply,
         SPECTRAL_OT_palette_relieve,
     )
 )

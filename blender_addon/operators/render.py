@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The plan of the renderer: make it, take a decision over, give it back."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 from bpy.props import StringProperty
+from bpy.types import Context, Event, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
 from ..translate.settings import overrides_of
 from .common import UNDOABLE, reporting
 
+if TYPE_CHECKING:
+    from spectral_core.render.plan.effects import EffectPlan
 
-def store_plan(settings, plan) -> None:
+
+def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
     """Keep the decisions of an EffectPlan so that the panel can show them."""
     settings.plan.clear()
     for decision in plan.decisions:
@@ -20,10 +26,9 @@ def store_plan(settings, plan) -> None:
         line.choices = "|".join(decision.choices)
         line.is_overridable = decision.overridable
         line.is_artists = decision.source == "artist"
-    settings.plan_message = ""
 
 
-def _make_plan(context) -> None:
+def _make_plan(context: Context) -> None:
     from spectral_core.render.plan.effects import plan_effects
 
     from ..translate.scene import translate_scene
@@ -40,7 +45,7 @@ class SPECTRAL_OT_plan(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         _make_plan(context)
 
 
@@ -53,14 +58,14 @@ class SPECTRAL_OT_plan_override(bpy.types.Operator):
     effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
     value: StringProperty(name="Value", description="What to simulate, such as 'spectral', 'off' or '4'")
 
-    def invoke(self, context, _event):
+    def invoke(self, context: Context, _event: Event) -> set[str]:
         line = context.scene.spectral.render.plan.get(self.effect)
         if line is not None and line.choices:
             return self.execute(context)
         return context.window_manager.invoke_props_dialog(self)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         settings = context.scene.spectral.render
         if not self.effect or not self.value:
             raise InvalidInputError("name the effect and the value to override it with")
@@ -73,7 +78,7 @@ class SPECTRAL_OT_plan_override(bpy.types.Operator):
             raise
 
 
-def _set_override(settings, effect: str, value: str | None) -> None:
+def _set_override(settings: PropertyGroup, effect: str, value: str | None) -> None:
     settings.id_data.update_tag()
     if effect == "transport":
         settings.transport = _transport(value)
@@ -101,7 +106,7 @@ class SPECTRAL_OT_plan_release(bpy.types.Operator):
     effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         _set_override(context.scene.spectral.render, self.effect, None)
         _make_plan(context)
 

@@ -2,6 +2,7 @@
 """Panel "Mixing Board" in the sidebar of the 3D view."""
 
 import bpy
+from bpy.types import Context, PropertyGroup, UILayout
 
 from ..editing.board import live
 from .parts import wrapped
@@ -16,7 +17,7 @@ class SPECTRAL_PT_board(bpy.types.Panel):
     bl_category = "Spectral"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         settings, layout, running = context.scene.spectral.board, self.layout, live.session()
         row = layout.row()
         row.scale_y = 1.3
@@ -41,13 +42,13 @@ class SPECTRAL_PT_board(bpy.types.Panel):
             layout.label(text=line)
 
 
-def _facts(running) -> str:
+def _facts(running: live.Session) -> str:
     osc = "" if running.osc_port is None else f"OSC on port {running.osc_port}"
     midi = "MIDI" if any(hasattr(link, "pump") for link in running.links) else ""
     return ", ".join(filter(None, (midi, osc, f"{running.board.received} messages")))
 
 
-def _draw_connection(layout, settings) -> None:
+def _draw_connection(layout: UILayout, settings: PropertyGroup) -> None:
     column = layout.column()
     column.use_property_split = True
     column.use_property_decorate = False
@@ -63,7 +64,7 @@ def _draw_connection(layout, settings) -> None:
             column.prop(settings, "feedback_port")
 
 
-def _draw_bindings(layout, settings) -> None:
+def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
     for number, entry in enumerate(settings.bindings):
         box = layout.box()
         row = box.row()

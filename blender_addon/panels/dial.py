@@ -2,6 +2,7 @@
 """Panel "Light Dial" in the sidebar of the 3D view and of the image editor."""
 
 import bpy
+from bpy.types import ID, Context, PropertyGroup, UILayout
 
 from spectral_core.render.relight.memory import stated_peak
 
@@ -20,7 +21,17 @@ class SPECTRAL_UL_dial_bulbs(bpy.types.UIList):
 
     shares: tuple[float, ...] = ()
 
-    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_name, index):
+    def draw_item(
+        self,
+        _context: Context,
+        layout: UILayout,
+        _data: ID,
+        item: PropertyGroup,
+        _icon: int,
+        _active_data: ID,
+        _active_name: str,
+        index: int,
+    ) -> None:
         row = layout.row(align=True)
         row.prop(item, "is_on", text="", icon="OUTLINER_OB_LIGHT" if item.is_on else "LIGHT", emboss=False)
         swatch = row.row()
@@ -34,23 +45,31 @@ class SPECTRAL_UL_dial_bulbs(bpy.types.UIList):
 
 
 class _DialPanel:
+    layout: UILayout
     bl_label = "Light Dial"
     bl_region_type = "UI"
     bl_category = "Spectral"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         dial, layout = context.scene.spectral.dial, self.layout
         if dial.message:
             message = layout.column()
             message.alert = True
             wrapped(message, context, dial.message, icon="ERROR")
+        if dial.changes:
+            box = layout.box()
+            box.alert = True
+            wrapped(box, context, f"Not as recorded: {dial.changes}", icon="ERROR", indent=60.0)
+            row = box.row(align=True)
+            row.operator("spectral.dial_record", text="Record again", icon="REC")
+            row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
         if len(dial.bulbs):
             _draw_dial(layout, context, dial)
         _draw_recording(layout, context, dial)
 
 
-def _draw_dial(layout, context, dial) -> None:
+def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     """Turn, see, take over."""
     row = layout.row(align=True)
     row.scale_y = 1.3
@@ -59,6 +78,7 @@ def _draw_dial(layout, context, dial) -> None:
     else:
         row.operator("spectral.dial_play", icon="PLAY")
     row.prop(dial, "show", text="", icon="HIDE_OFF" if dial.show else "HIDE_ON")
+    row.prop(dial, "over_camera", text="", icon="VIEW_CAMERA")
     row.operator("spectral.dial_show", text="", icon="IMAGE_DATA")
     row.operator("spectral.dial_reset", text="", icon="LOOP_BACK")
     shares = shares_of(dial)
@@ -88,7 +108,7 @@ def _draw_dial(layout, context, dial) -> None:
     layout.operator("spectral.dial_save", icon="FILE_TICK")
 
 
-def _draw_recording(layout, context, dial) -> None:
+def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     """What will be recorded: its memory and error are said before it is rendered."""
     box = layout.box()
     column = box.column()
@@ -107,6 +127,10 @@ def _draw_recording(layout, context, dial) -> None:
     row.scale_y = 1.3
     row.operator("spectral.dial_record", text="Record again" if len(dial.bulbs) else "Record", icon="REC")
     row.operator("spectral.dial_load", text="", icon="FILE_FOLDER")
+    if len(dial.bulbs):
+        row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
+        row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
+    row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
     if dial.facts:
         facts = box.column()
         facts.active = False

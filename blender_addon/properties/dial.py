@@ -22,8 +22,6 @@ STORAGE = [
     ("BANDS121", "121 Bands", "New spectra too; good for lamps with lines", 3),
     ("EXACT", "Exact", "Every spectrum that is given each 10 nm, exact; most memory", 4),
 ]
-RESOLUTION_NM = (380.0, 780.0, 10.0)
-"""Grid of the exact storage."""
 
 
 _changed = announces(Topic.DIAL)
@@ -72,6 +70,10 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     show: BoolProperty(
         name="Dial in the View", default=True, description="Draw the dial over the 3D view and the image editor"
     )
+    over_camera: BoolProperty(
+        name="Picture over the Camera View", default=True, update=_changed,
+        description="Show the relit picture in front of what the camera sees, in every 3D view",
+    )  # fmt: skip
     storage: EnumProperty(
         name="Storage", items=STORAGE, default="DIAL", description="What is kept, by what is to be changed later"
     )
@@ -84,6 +86,8 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="What was recorded, for the panel")
+    recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
+    changes: StringProperty(description="What has changed in the scene since it was recorded; empty where nothing")
     message: StringProperty(description="What is wrong with the transport; empty where nothing is")
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The palette of a scene: lights in columns, materials in rows, and how their wishes are weighed."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -13,6 +15,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from .fields import Field, by_name
 from .hooks import Topic, announces
 from .palette_cell import SpectralPaletteCell, edited
 from .spectrum import SpectralSpectrum
@@ -29,6 +32,82 @@ OBSERVERS = [
     ("cie_2015_2deg", "CIE 2015 2°", "The newer physiological observer", 4),
     ("cie_2015_10deg", "CIE 2015 10°", "The newer physiological observer, larger fields", 8),
 ]
+
+
+PALETTE_FIELDS = by_name(
+    Field(
+        "scale_lights", BoolProperty, "scale_lights", name="Brighten as Needed", default=False,
+        description="Brighten all lights by one factor until every material reflects at most all light",
+    ),
+    Field(
+        "smoothness", FloatProperty, "smoothness", name="Smoothness", default=0.01, min=0.0, soft_max=1.0, precision=4,
+        description="How much smooth spectra, like those of real paints and lamps, count against exact colors",
+    ),
+    Field(
+        "operator", EnumProperty, "smoothness_operator", name="Measure", default="mended",
+        description="How roughness of a spectrum is measured",
+        items=[
+            ("mended", "Curvature", "Second derivative with free ends, the same on every grid", 0),
+            ("thesis", "Thesis", "Eq. 5.13 of the thesis, whose ends are held down to zero", 1),
+        ],
+    ),
+    Field(
+        "match", EnumProperty, "match", name="Match", default="linear", description="What counts as a color error",
+        items=[
+            ("linear", "Linear RGB", "Difference in linear RGB", 0),
+            ("perceptual", "Perceptual", "Difference as an eye sees it, CIELAB at the wanted color", 1),
+        ],
+    ),
+    Field(
+        "rounds", IntProperty, "rounds", name="Rounds", default=20, min=1, soft_max=200, max=10_000,
+        description="How often materials and lights are designed in turn, at most",
+    ),
+    Field(
+        "observers", EnumProperty, "observers", name="Observers", items=OBSERVERS, options={"ENUM_FLAG"},
+        default={"cie_1931_2deg"}, description="Eyes for which matching cells should match. Shift-click for several",
+    ),
+    Field(
+        "robustness", EnumProperty, "robustness", name="Other Eyes and Lamps", default="soft",
+        description="How matches for several eyes and lamps are weighed",
+        items=[
+            ("soft", "On Average", "Make the squared errors of all of them small together", 0),
+            ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
+        ],
+    ),
+    Field(
+        "robust_weight", FloatProperty, "robust_weight", name="Weight", default=1.0, min=0.0, soft_max=10.0,
+        max=1000.0, description="How much other observers and lamp variants count",
+    ),
+    Field(
+        "allow_negative", BoolProperty, ("reflectance_bounds", "light_bounds"), name="Unphysical Spectra",
+        default=False,
+        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
+        "cannot be applied",
+    ),
+    Field(
+        "grid_start", FloatProperty, "grid", name="From (nm)", default=400.0, min=300.0, max=780.0, precision=0,
+        description="Least wavelength of designed spectra",
+    ),
+    Field(
+        "grid_stop", FloatProperty, "grid", name="To (nm)", default=700.0, min=400.0, max=900.0, precision=0,
+        description="Greatest wavelength of designed spectra",
+    ),
+    Field(
+        "grid_samples", IntProperty, "grid", name="Samples", default=31, min=5, soft_max=101, max=601,
+        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
+    ),
+)  # fmt: skip
+"""Settings of the whole table that the core's ``PaletteProblem`` has too."""
+
+
+def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
+    """Keep the name of a data-block that is chosen: a deleted one leaves nothing else behind."""
+
+    def changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+        block = getattr(entry, pointer)
+        setattr(entry, f"{pointer}_name", "" if block is None else block.name)
+
+    return changed
 
 
 class SpectralPaletteLamp(bpy.types.PropertyGroup):
@@ -70,8 +149,15 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
     variants: CollectionProperty(
         type=SpectralPaletteLamp, description="Other lights under which matches of this column should hold too"
     )
-    light: PointerProperty(type=bpy.types.Light, name="Light", description="Blender light that gets this spectrum")
-    world: PointerProperty(type=bpy.types.World, name="World", description="World that gets this spectrum")
+    light: PointerProperty(
+        type=bpy.types.Light, name="Light", update=_remembers("light"),
+        description="Blender light that gets this spectrum",
+    )  # fmt: skip
+    light_name: StringProperty(description="Name of that light when it was chosen: tells whether it was deleted")
+    world: PointerProperty(
+        type=bpy.types.World, name="World", update=_remembers("world"), description="World that gets this spectrum"
+    )
+    world_name: StringProperty(description="Name of that world when it was chosen")
 
 
 class SpectralPaletteMaterial(bpy.types.PropertyGroup):
@@ -85,8 +171,10 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum")
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
     material: PointerProperty(
-        type=bpy.types.Material, name="Material", description="Blender material that gets this spectrum"
-    )
+        type=bpy.types.Material, name="Material", update=_remembers("material"),
+        description="Blender material that gets this spectrum",
+    )  # fmt: skip
+    material_name: StringProperty(description="Name of that material when it was chosen")
     cells: CollectionProperty(type=SpectralPaletteCell)
 
 
@@ -123,75 +211,27 @@ class SpectralPalette(bpy.types.PropertyGroup):
         description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "
         "leaves room for saturated colors",
     )  # fmt: skip
-    scale_lights: BoolProperty(
-        name="Brighten as Needed", default=False, update=edited,
-        description="Brighten all lights by one factor until every material reflects at most all light",
-    )  # fmt: skip
-    smoothness: FloatProperty(
-        name="Smoothness", default=0.01, min=0.0, soft_max=1.0, precision=4, update=edited,
-        description="How much smooth spectra, like those of real paints and lamps, count against exact colors",
-    )  # fmt: skip
-    operator: EnumProperty(
-        name="Measure", default="mended", update=edited, description="How roughness of a spectrum is measured",
+    level_to: EnumProperty(
+        name="Apply It To", default="EXPOSURE", description="What makes the scene as bright as the palette asks",
         items=[
-            ("mended", "Curvature", "Second derivative with free ends, the same on every grid", 0),
-            ("thesis", "Thesis", "Eq. 5.13 of the thesis, whose ends are held down to zero", 1),
+            ("EXPOSURE", "View Exposure", "Lights keep their power, so materials with plain colors stay as they are in "
+             "the render; the exposure in Color Management shows the palette's colors", 0),
+            ("LIGHTS", "Lights", "Lights are multiplied by it: materials with plain colors become brighter too", 1),
         ],
     )  # fmt: skip
-    match: EnumProperty(
-        name="Match", default="linear", update=edited, description="What counts as a color error",
-        items=[
-            ("linear", "Linear RGB", "Difference in linear RGB", 0),
-            ("perceptual", "Perceptual", "Difference as an eye sees it, CIELAB at the wanted color", 1),
-        ],
-    )  # fmt: skip
-    rounds: IntProperty(
-        name="Rounds", default=20, min=1, soft_max=200, max=10_000, update=edited,
-        description="How often materials and lights are designed in turn, at most",
-    )  # fmt: skip
-    observers: EnumProperty(
-        name="Observers", items=OBSERVERS, options={"ENUM_FLAG"}, default={"cie_1931_2deg"}, update=edited,
-        description="Eyes for which matching cells should match. Shift-click for several",
-    )  # fmt: skip
-    robustness: EnumProperty(
-        name="Other Eyes and Lamps", default="soft", update=edited,
-        description="How matches for several eyes and lamps are weighed",
-        items=[
-            ("soft", "On Average", "Make the squared errors of all of them small together", 0),
-            ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
-        ],
-    )  # fmt: skip
-    robust_weight: FloatProperty(
-        name="Importance", default=1.0, min=0.0, soft_max=10.0, max=1000.0, update=edited,
-        description="How much other observers and lamp variants count",
-    )  # fmt: skip
-    allow_negative: BoolProperty(
-        name="Unphysical Spectra", default=False, update=edited,
-        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
-        "cannot be applied",
-    )  # fmt: skip
-    grid_start: FloatProperty(
-        name="From (nm)",
-        description="Least wavelength of designed spectra",
-        default=400.0,
-        min=300.0,
-        max=780.0,
-        update=edited,
-        precision=0,
-    )
-    grid_stop: FloatProperty(
-        name="To (nm)",
-        description="Greatest wavelength of designed spectra",
-        default=700.0,
-        min=400.0,
-        max=900.0,
-        update=edited,
-        precision=0,
-    )
-    grid_samples: IntProperty(
-        name="Samples", default=31, min=5, soft_max=101, max=601, update=edited,
-        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
-    )  # fmt: skip
+    applied_exposure: FloatProperty(description="Stops that Apply has added to the exposure of the view")
+    scale_lights: PALETTE_FIELDS["scale_lights"].declared(edited)
+    smoothness: PALETTE_FIELDS["smoothness"].declared(edited)
+    operator: PALETTE_FIELDS["operator"].declared(edited)
+    match: PALETTE_FIELDS["match"].declared(edited)
+    rounds: PALETTE_FIELDS["rounds"].declared(edited)
+    observers: PALETTE_FIELDS["observers"].declared(edited)
+    robustness: PALETTE_FIELDS["robustness"].declared(edited)
+    robust_weight: PALETTE_FIELDS["robust_weight"].declared(edited)
+    allow_negative: PALETTE_FIELDS["allow_negative"].declared(edited)
+    grid_start: PALETTE_FIELDS["grid_start"].declared(edited)
+    grid_stop: PALETTE_FIELDS["grid_stop"].declared(edited)
+    grid_samples: PALETTE_FIELDS["grid_samples"].declared(edited)
 
     is_stale: BoolProperty(description="Whether something changed since the last solve")
     status: StringProperty(description="How the last solve ended: 'solved', 'compromise', …; empty before the first")

@@ -23,6 +23,8 @@ MODES = [
 ]
 REFERRING = ("SAME", "CONSTANT", "DISTINCT")
 BOXED = ("FREE", "SAME", "CONSTANT")
+WISH = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
+"""What a cell asks for, besides the cells that it refers to: copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
 WEIGHT_LIMIT = 1000.0
@@ -35,7 +37,7 @@ edited = announces(Topic.PALETTE)
 def _shown(name: str) -> dict[str, Any]:
     """Callbacks of a swatch that is shown but cannot be set: a read-only property would be drawn faded."""
 
-    def value(self) -> tuple[float, ...]:
+    def value(self: bpy.types.PropertyGroup) -> tuple[float, ...]:
         return tuple(min(max(float(channel), 0.0), 1.0) for channel in getattr(self, name))
 
     return {"get": value, "set": lambda _self, _value: None}

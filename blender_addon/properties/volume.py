@@ -16,25 +16,42 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
+from bpy.types import Context, PropertyGroup
 
+from .fields import Field, by_name
 from .spectrum import SpectralSpectrum
 
-RULES = [
-    ("auto", "Automatic", "Whatever needs fewest samples and least time for the wanted error", 0),
-    ("uniform", "Uniform", "The same step everywhere", 1),
-    ("thesis", "Sampling Theorem", "Steps from the local band limit, as the thesis derives it (Eq. 4.14)", 2),
-    ("error", "Even Error", "Steps that spread the error evenly over the ray", 3),
-]
-LIGHTING = [
-    ("even", "Even", "White light from everywhere: each material shows its color, and data are read most easily", 0),
-    ("scene", "Scene", "The scene's lights, with shading by the gradient of the data", 1),
-    ("shadows", "Scene, Shadows", "The scene's lights with shadows, to and from surfaces; slower", 2),
-]
+VOLUME_FIELDS = by_name(
+    Field(
+        "rule", EnumProperty, "rule", name="Steps", default="auto",
+        description="How the steps along a ray are chosen",
+        items=[
+            ("auto", "Automatic", "Whatever needs fewest samples and least time for the wanted error", 0),
+            ("uniform", "Uniform", "The same step everywhere", 1),
+            ("thesis", "Sampling Theorem", "Steps from the local band limit, as the thesis derives it (Eq. 4.14)", 2),
+            ("error", "Even Error", "Steps that spread the error evenly over the ray", 3),
+        ],
+    ),
+    Field(
+        "quality_db", FloatProperty, "quality", name="Quality", default=50.0, min=20.0, max=90.0, precision=0,
+        description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 past what screens show",
+    ),
+    Field(
+        "lighting", EnumProperty, "lighting", name="Lighting", default="scene",
+        description="How materials that are lit get their light. Of several volumes the most thorough counts for all",
+        items=[
+            ("even", "Even", "White light from everywhere: each material shows its color, easiest to read", 0),
+            ("scene", "Scene", "The scene's lights, with shading by the gradient of the data", 1),
+            ("shadows", "Scene, Shadows", "The scene's lights with shadows, to and from surfaces; slower", 2),
+        ],
+    ),
+)  # fmt: skip
+"""How a volume is sampled and lit; the core's ``VolumeObject`` knows the same."""
 RANGE_KEY = "spectral_range"
 """Least and greatest data value, kept as double precision on the data-block itself."""
 
 
-def _changed(properties, _context=None) -> None:
+def _changed(properties: PropertyGroup, _context: Context = None) -> None:
     """A change of ours is a change of the data-block: whoever keeps an evaluated copy of it must copy again."""
     properties.id_data.update_tag()
 
@@ -81,17 +98,9 @@ class SpectralVolume(bpy.types.PropertyGroup):
     active: IntProperty(name="Material", min=0)
     next_uid: IntProperty(default=1)
     curves: PointerProperty(type=bpy.types.NodeTree, description="Holds the curves of the materials")
-    rule: EnumProperty(
-        name="Steps", update=_changed, items=RULES, default="auto", description="How the steps along a ray are chosen"
-    )
-    lighting: EnumProperty(
-        name="Lighting", items=LIGHTING, default="scene", update=_changed,
-        description="How materials that are lit get their light. Of several volumes the most thorough counts for all",
-    )  # fmt: skip
-    quality_db: FloatProperty(
-        name="Quality", update=_changed, default=50.0, min=20.0, max=90.0, subtype="NONE", precision=0,
-        description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 past what screens show",
-    )  # fmt: skip
+    rule: VOLUME_FIELDS["rule"].declared(_changed)
+    lighting: VOLUME_FIELDS["lighting"].declared(_changed)
+    quality_db: VOLUME_FIELDS["quality_db"].declared(_changed)
     grid: StringProperty(
         name="Grid", update=_changed, default="density", description="Which grid of the OpenVDB file is shown"
     )

@@ -78,7 +78,10 @@ def combine(function: Callable[..., Any], fields: Sequence[Field]) -> Field:
         constants = [np.atleast_1d(_constant(field)) for field in fields]
         result = np.asarray(function(*constants), dtype=np.float64)
         return float(result[0]) if result.shape == (1,) else result
-    operands = [linear_pixels(f) if _alike(f, base) else np.atleast_1d(_constant(f)) for f in fields]
+    operands = [
+        linear_pixels(f) if isinstance(f, ImageTexture) and _alike(f, base) else np.atleast_1d(_constant(f))
+        for f in fields
+    ]
     result = np.asarray(function(*operands), dtype=np.float32)
     finite = np.where(np.isfinite(result), result, np.float32(0))
     return with_pixels(base, np.broadcast_to(finite, (*base.pixels.shape[:2], result.shape[-1])), base.name)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,12 @@ from .context import Translation
 
 Array = NDArray[Any]
 
-EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip", "MIRROR": "mirror"}
+EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
+    "REPEAT": "repeat",
+    "EXTEND": "extend",
+    "CLIP": "clip",
+    "MIRROR": "mirror",
+}
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
 
@@ -147,6 +152,6 @@ def linear_pixels(texture: ImageTexture) -> Array:
 
 def with_pixels(texture: ImageTexture, pixels: Array, name: str) -> ImageTexture:
     """The same picture on the mesh with other linear values (h, w, 1 or 3)."""
-    space = "raw" if pixels.shape[2] == 1 else "linear"
+    space: Literal["raw", "linear"] = "raw" if pixels.shape[2] == 1 else "linear"
     # a copy of its own: the renderer refuses arrays that are read-only views, which broadcasting makes
     return replace(texture, name=name, pixels=np.array(pixels, dtype=np.float32, order="C"), color_space=space)

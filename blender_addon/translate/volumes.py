@@ -14,6 +14,7 @@ from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
 from .volume_looks import transfer as volume_looks
+from .volume_looks.look import look_of
 
 if TYPE_CHECKING:
     from .objects import Collected
@@ -45,9 +46,7 @@ def translate_volume(found: Collected, thing: Any, instance: Any) -> None:
             placed.data,
             placed.to_world,
             transfer,
-            rule=settings.rule,
-            quality=settings.quality_db,
-            options={"lighting": settings.lighting},
+            **look_of(settings),
         )
     )
 

@@ -16,14 +16,15 @@ from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
-from spectral_core.volume.march.device import DeviceTable, DeviceVolume
+from spectral_core.volume.march.device import DeviceVolume, opaque_vector
 from spectral_core.volume.march.device_grid import DeviceGrid
 from spectral_core.volume.march.gradient import gradient_magnitude
 from spectral_core.volume.march.loop import Marched, march
-from spectral_core.volume.march.march_input import USUAL, Limits, MarchInput, Rays, clip_to_box
-from spectral_core.volume.march.rules import RangeTables, Rule, step_grid
-from spectral_core.volume.march.tables import TransferTable, tabulate
+from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box
+from spectral_core.volume.march.path import FieldPath, Path
+from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.plan import plan
+from spectral_core.volume.prepared import PreparedTransfer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -138,73 +139,24 @@ class VolumeRenderer:
         counts: bool,
     ) -> Marched:
         data = self.prepare(transfer).march_input(stepping, limits)
-        return march(data, self._rays(view, pixels, data.grid), counts=counts)
+        rays = self._rays(view, pixels, data.grid)
+        return march(Path((FieldPath(data, rays),), rays.length, rays.world), counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr
 
         types = self.types
         coefficients, back = view.index_rays(self.volume)
-        c = [[[dr.opaque(types.Float, float(v)) for v in row] for row in block] for block in coefficients]
-        x, y = pixels
-        point, along, world = ([dr.fma(y, b[2][a], dr.fma(x, b[1][a], b[0][a])) for a in range(3)] for b in c)
-        length = dr.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
+        x, y = (types.Array3f(each) for each in pixels)
+        point, along, world = (
+            dr.fma(y, per_y, dr.fma(x, per_x, fixed))
+            for fixed, per_x, per_y in ([opaque_vector(types, row) for row in block] for block in coefficients)
+        )
+        length = dr.sqrt(dr.dot(along, along))
         inverse = 1.0 / length
-        per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) * inverse
+        per_index = dr.sqrt(dr.dot(world, world)) * inverse
         begin = -dr.opaque(types.Float, min(back, 1e15)) * length
-        return clip_to_box(grid, point, [a * inverse for a in along], per_index, begin)
-
-
-class PreparedTransfer:
-    """A transfer function made ready for one field: its table, and step grids as they are asked for."""
-
-    def __init__(self, renderer: VolumeRenderer, transfer: TransferFunction) -> None:
-        self.renderer = renderer
-        gradient = renderer.gradient if transfer.uses_gradient else None
-        highest = gradient.volume.value_range[1] if gradient else 0.0
-        self.table: TransferTable = tabulate(transfer, renderer.volume, highest)
-        self.gradient, self.weights = gradient, None
-        if gradient and self.table.weights is not None:
-            over = TransferTable(0.0, highest, self.table.weights, len(transfer.materials))
-            self.weights = DeviceTable(renderer.types, over, gradient, integrals=False, clearance=False)
-        self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
-        self._grids: dict[Rule, DeviceGrid] = {}
-        self._tables: dict[tuple[bool, bool], DeviceTable] = {}
-
-    def grid(self, rule: Rule) -> DeviceGrid:
-        """The step grid of ``rule`` on the device."""
-        if rule not in self._grids:
-            made = step_grid(rule, self.renderer.statistics(rule), self.ranges)
-            self._grids[rule] = DeviceGrid(self.renderer.types, made, self.renderer.volume.shape)
-        return self._grids[rule]
-
-    def march_input(self, stepping: Stepping, limits: Limits = USUAL) -> MarchInput:
-        """What ``march`` takes; numbers that may change without another kernel are opaque."""
-        import drjit as dr
-
-        types, quadrature = self.renderer.types, stepping.quadrature
-        with_integrals = quadrature == "preintegrated"
-        grid = self.grid(stepping.rule)
-        kind = (with_integrals, grid.grid.adapts)
-        if kind not in self._tables:
-            device = self.renderer.device_volume
-            self._tables[kind] = DeviceTable(types, self.table, device, integrals=kind[0], clearance=kind[1])
-        scale, floor, boldest = (
-            dr.opaque(types.Float, float(v)) for v in (stepping.scale, limits.least_transmittance, limits.boldest)
-        )
-        if self.gradient and with_integrals:
-            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
-        return MarchInput(
-            self.renderer.device_volume,
-            grid,
-            self._tables[kind],
-            scale,
-            quadrature,
-            floor,
-            boldest,
-            self.gradient,
-            self.weights,
-        )
+        return clip_to_box(grid, point, along * inverse, per_index, begin)
 
 
 def array_types(backend: str) -> Any:

@@ -5,15 +5,19 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
+from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
+
+if TYPE_CHECKING:
+    from spectral_core.explore.board import Board, Change
 
 TICK_SECONDS = 1 / 60
 RENDER_SECONDS = 0.5
@@ -54,14 +58,18 @@ def read(target: str) -> float:
         return 0.0
 
 
-def start(scene) -> list[str]:
-    """Open what is there and listen; returns what could not be opened, in words. Nothing there is no error."""
+def start(scene: Scene) -> tuple[Session, list[str]]:
+    """Open what is there and listen; returns what runs, and what could not be opened, in words.
+
+    That nothing is there is no error."""
     from spectral_core.explore.board import Board
 
     stop()
     global _session
-    settings, board = scene.spectral.board, Board(read)
-    links, missing = [], []
+    links: list[Any] = []
+    missing = []
+    settings = scene.spectral.board
+    board = Board(read, lambda control: any(link.has_motor(control) for link in links))
     for wanted, opened in ((settings.use_midi, _midi), (settings.use_osc, _osc)):
         if wanted:
             try:
@@ -72,26 +80,23 @@ def start(scene) -> list[str]:
     rebind(scene)
     if not bpy.app.background:
         bpy.app.timers.register(tick, first_interval=TICK_SECONDS)
-    return missing
+    return _session, missing
 
 
-def _midi(settings, board) -> Any:
-    from spectral_core.explore.board import Control
+def _midi(settings: PropertyGroup, board: Board) -> Any:
     from spectral_core.explore.board.midi import MidiLink
 
-    controls = [Control.parse(entry.control) for entry in settings.bindings if entry.control.startswith("cc14:")]
-    fine = frozenset((control.channel, int(control.address)) for control in controls)
-    return MidiLink(board.receive, name=settings.midi_port or None, fine=fine)
+    return MidiLink(board.receive, name=settings.midi_port or None)
 
 
-def _osc(settings, board) -> Any:
+def _osc(settings: PropertyGroup, board: Board) -> Any:
     from spectral_core.explore.board.osc import OscLink
 
     feedback = (settings.feedback_host, settings.feedback_port) if settings.feedback_host else None
     return OscLink(board.receive, host=settings.osc_host, port=settings.osc_port, feedback=feedback)
 
 
-def rebind(scene) -> None:
+def rebind(scene: Scene) -> None:
     """Give the running board the bindings that the scene stores."""
     from spectral_core.explore.board import Binding, Control
 
@@ -111,9 +116,7 @@ def rebind(scene) -> None:
             if new not in board.bindings:
                 board.bind(new)
             _session.start_positions.setdefault(new.target, new.position(read(new.target)))
-        for order in settings.orders:
-            if order.lower and order.upper:
-                board.keep_ordered(order.lower, order.upper)
+        board.set_orders((order.lower, order.upper) for order in settings.orders if order.lower and order.upper)
         settings.status = ""
     except SpectralError as error:
         settings.status = str(error)
@@ -132,6 +135,7 @@ def tick() -> float | None:
     for link in _session.links:
         if hasattr(link, "pump"):
             link.pump()
+            _tell_missing(scene, link.missing)
     learning = _session.board.learning
     changes = _session.board.poll(range_of)
     if learning is not None and _session.board.learning is None:
@@ -144,6 +148,16 @@ def tick() -> float | None:
     return TICK_SECONDS
 
 
+def _tell_missing(scene: Scene, device: str | None) -> None:
+    """Say in the panel that a device is unplugged, and take it back when it is there again."""
+    board = scene.spectral.board
+    text = f"{device} is unplugged; it is used again once it is connected" if device else ""
+    if device and board.status != text:
+        board.status = text
+    elif not device and board.status.endswith("it is used again once it is connected"):
+        board.status = ""
+
+
 def range_of(target: str) -> tuple[float, float]:
     """Range of a target that is being learned."""
     from .paths import number_at
@@ -151,7 +165,7 @@ def range_of(target: str) -> tuple[float, float]:
     return number_at(target).range()
 
 
-def _store_learned(scene, target: str) -> None:
+def _store_learned(scene: Scene, target: str) -> None:
     assert _session is not None
     learned = next(binding for binding in reversed(_session.board.bindings) if binding.target == target)
     settings = scene.spectral.board
@@ -163,7 +177,7 @@ def _store_learned(scene, target: str) -> None:
     entry.control = str(learned.control)
 
 
-def _write(scene, change) -> None:
+def _write(scene: Scene, change: Change) -> None:
     from .paths import number_at
 
     assert _session is not None
@@ -202,7 +216,7 @@ def stop() -> None:
 
 
 @bpy.app.handlers.persistent
-def _before_load(*_) -> None:
+def _before_load(*_: object) -> None:
     stop()
 
 

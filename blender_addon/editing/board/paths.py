@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
+from bpy.types import ID
 
 from spectral_core.errors import InvalidInputError
 
@@ -77,7 +78,7 @@ def number_at(path: str) -> Number:
     return found
 
 
-def _found(block, rest: str) -> Number | None:
+def _found(block: ID, rest: str) -> Number | None:
     indexed = _INDEXED.fullmatch(rest)
     place, index = (indexed[1], int(indexed[2])) if indexed else (rest, None)
     custom = _CUSTOM.fullmatch(place)
@@ -95,6 +96,6 @@ def _plain(quoted: str) -> str:
     return re.sub(r"\\(.)", r"\1", quoted)
 
 
-def full_path(block, data_path: str, index: int = -1) -> str:
+def full_path(block: ID, data_path: str, index: int = -1) -> str:
     """The text for a property of a data-block."""
     return f"{block!r}.{data_path}" + (f"[{index}]" if index >= 0 else "")

@@ -9,18 +9,22 @@ from __future__ import annotations
 import contextlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
+from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
 from ..deferred import Deferred, redraw
+from .picture import PICTURE, place
 
-PICTURE = "Light Dial"
+if TYPE_CHECKING:
+    from spectral_core.render.relight.transport import Transport
+
 DELAY_SECONDS = 0.005
 
 
@@ -36,7 +40,7 @@ class _Session:
 _sessions: dict[int, _Session] = {}
 
 
-def transport_path(dial) -> Path:
+def transport_path(dial: PropertyGroup) -> Path:
     """Where the transport of a dial is kept."""
     if dial.filepath:
         return Path(bpy.path.abspath(dial.filepath))
@@ -45,7 +49,7 @@ def transport_path(dial) -> Path:
     return Path(bpy.app.tempdir or ".") / "light_dial.transport.exr"
 
 
-def shares_of(dial) -> np.ndarray:
+def shares_of(dial: PropertyGroup) -> np.ndarray:
     """Share (n,) of each bulb by Eq. 6.1: they sum to 1, or are all zero where all bulbs are off."""
     from spectral_core.render.relight.dial import dial_weights
 
@@ -55,12 +59,12 @@ def shares_of(dial) -> np.ndarray:
     return dial_weights(tuple(dial.selector), places, [bulb.is_on for bulb in dial.bulbs])
 
 
-def weights_of(dial) -> np.ndarray:
+def weights_of(dial: PropertyGroup) -> np.ndarray:
     """Factor (n,) on the recorded brightness of each bulb's lights: its share times the dial's intensity."""
     return dial.intensity * shares_of(dial)
 
 
-def live_mix(scene) -> Any:
+def live_mix(scene: Scene) -> Any:
     """The LiveMix of a scene's transport, read where it is not in memory, with the bulbs' lamps in it.
 
     Raises FileFormatError for a file that is missing, cut, edited or of another scene, InvalidInputError where
@@ -92,7 +96,7 @@ def _stamp(path: Path) -> tuple[str, int, int]:
     return str(path), facts.st_mtime_ns, facts.st_size
 
 
-def _require_same_bulbs(dial, transport) -> None:
+def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
     names = tuple(bulb.name for bulb in dial.bulbs)
     if names != transport.groups:
         raise InvalidInputError(
@@ -101,7 +105,7 @@ def _require_same_bulbs(dial, transport) -> None:
         )
 
 
-def _dress(dial, session: _Session) -> None:
+def _dress(dial: PropertyGroup, session: _Session) -> None:
     """Give each group the lamp that its bulb names, and its own spectrum back where it names none any more."""
     from spectral_core.render.relight.mix import LiveMix
 
@@ -117,7 +121,7 @@ def _dress(dial, session: _Session) -> None:
             session.lamps[number] = now
 
 
-def remember(scene, transport) -> None:
+def remember(scene: Scene, transport: Transport) -> None:
     """Keep a transport that was just recorded and written, instead of reading it back."""
     from spectral_core.render.relight.mix import LiveMix
 
@@ -125,7 +129,7 @@ def remember(scene, transport) -> None:
     _sessions[scene.session_uid] = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
 
 
-def show(scene) -> Any:
+def show(scene: Scene) -> Any:
     """Relight now, and put the picture into the image "Light Dial"; returns it.
 
     Raises what ``live_mix`` raises; ``dial.message`` holds the text then.
@@ -138,7 +142,9 @@ def show(scene) -> Any:
         raise
     if dial.message:
         dial.message = ""
-    return _store(pixels)
+    image = _store(pixels)
+    place(scene, image, over_camera=dial.over_camera)
+    return image
 
 
 def _store(pixels: np.ndarray) -> Any:
@@ -175,7 +181,7 @@ def redraw_dial() -> None:
 
 
 @bpy.app.handlers.persistent
-def _after_frame(scene, *_rest) -> None:
+def _after_frame(scene: Scene | None, *_rest: object) -> None:
     """A keyframed selector has moved. During a render this runs beside it, where no image may be written.
 
     Without a window a transport is not read for it: a command that renders an animation has no use for that.
@@ -187,13 +193,13 @@ def _after_frame(scene, *_rest) -> None:
 
 
 @bpy.app.handlers.persistent
-def _after_undo(scene, *_rest) -> None:
+def _after_undo(scene: Scene | None, *_rest: object) -> None:
     if scene is not None:
         changed(scene)
 
 
 @bpy.app.handlers.persistent
-def _after_load(*_) -> None:
+def _after_load(*_: object) -> None:
     """Another file: what was in memory belongs to the old one."""
     _sessions.clear()
     LIVE.cancel()

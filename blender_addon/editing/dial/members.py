@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
+import numpy as np
+from bpy.types import ID, Node, NodeSocket, NodeTree, Object, PropertyGroup, Scene, bpy_prop_collection
 
 from spectral_core.errors import InvalidInputError
 
@@ -29,7 +32,7 @@ class Member:
     base: float
 
 
-def members_of(scene, objects, one_per_light: bool) -> list[Member]:
+def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
     """Everything among ``objects`` and the scene's world that shines, by group. ``objects``: originals, no evaluated.
 
     Raises InvalidInputError for emission within a node group, whose strength cannot be told from outside.
@@ -49,13 +52,13 @@ def members_of(scene, objects, one_per_light: bool) -> list[Member]:
     return found
 
 
-def group_count(scene, one_per_light: bool) -> int:
+def group_count(scene: Scene, one_per_light: bool) -> int:
     """How many bulbs a recording would have, quickly, for a panel."""
     shown = [thing for thing in scene.objects if not thing.hide_render]
     return len({member.group for member in members_of(scene, shown, one_per_light)})
 
 
-def _glowing(owner) -> list[tuple[str, float]]:
+def _glowing(owner: ID) -> list[tuple[str, float]]:
     """Nodes of a material or world that shine, with their strength; 1 where other nodes make it."""
     tree = None if owner is None else compat.node_tree(owner)
     found = []
@@ -70,22 +73,22 @@ def _glowing(owner) -> list[tuple[str, float]]:
     return found
 
 
-def _is_black(node) -> bool:
+def _is_black(node: Node) -> bool:
     color = node.inputs.get("Emission Color") or node.inputs.get("Color")
     return color is not None and not color.is_linked and not any(color.default_value[:3])
 
 
-def _strength_socket(node):
+def _strength_socket(node: Node) -> NodeSocket | None:
     name = STRENGTH.get(node.type)
     return None if name is None else node.inputs.get(name)
 
 
-def _dimmer_value(tree, node) -> float:
+def _dimmer_value(tree: NodeTree, node: Node) -> float:
     dimmer = tree.nodes.get(DIMMER + node.name)
     return 1.0 if dimmer is None else dimmer.inputs[1].default_value
 
 
-def store_members(bulbs, members: list[Member]) -> None:
+def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
     """Keep members with the bulbs of their groups."""
     for bulb in bulbs:
         bulb.members.clear()
@@ -95,7 +98,7 @@ def store_members(bulbs, members: list[Member]) -> None:
                 kept.owner, kept.slot, kept.node, kept.base = member.owner, member.slot, member.node, member.base
 
 
-def apply_weights(bulbs, weights) -> int:
+def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
     """Write base × weight to everything behind the bulbs; returns how many numbers were written.
 
     Lamps and materials that a thing outside its group uses too become copies of its own. Nothing is written where
@@ -116,7 +119,7 @@ def apply_weights(bulbs, weights) -> int:
     return len(wanted)
 
 
-def _require_writable(kept) -> None:
+def _require_writable(kept: PropertyGroup) -> None:
     owner = kept.owner
     if owner is None:
         raise InvalidInputError("a light behind the dial was deleted; record the transport again")
@@ -127,7 +130,7 @@ def _require_writable(kept) -> None:
         raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
 
 
-def _block(kept):
+def _block(kept: PropertyGroup) -> ID | None:
     """Data-block whose number is meant: the lamp, the material in the slot, or the world."""
     owner = kept.owner
     if isinstance(owner, bpy.types.World):
@@ -137,7 +140,7 @@ def _block(kept):
     return owner.material_slots[kept.slot].material if kept.slot < len(owner.material_slots) else None
 
 
-def _keep_apart(wanted) -> None:
+def _keep_apart(wanted: list[tuple[PropertyGroup, float]]) -> None:
     """Give a thing its own copy of a lamp or material that is dimmed differently elsewhere."""
     by_thing = {
         (kept.owner, kept.slot): weight for kept, weight in wanted if not isinstance(kept.owner, bpy.types.World)
@@ -154,7 +157,7 @@ def _keep_apart(wanted) -> None:
             owner.material_slots[slot].material = copied
 
 
-def _users(owner, slot: int) -> list[tuple[Any, int]]:
+def _users(owner: ID, slot: int) -> list[tuple[Any, int]]:
     """All (object, slot) that show the same lamp or material."""
     if slot < 0:
         return [(thing, -1) for thing in bpy.data.objects if thing.data == owner.data]
@@ -167,14 +170,16 @@ def _users(owner, slot: int) -> list[tuple[Any, int]]:
     ]
 
 
-def _write(kept, value: float) -> None:
+def _write(kept: PropertyGroup, value: float) -> None:
     block = _block(kept)
+    assert block is not None  # _require_writable has seen to it
     if not kept.node:
         block.energy = value
         return
     tree = compat.node_tree(block)
     node = tree.nodes[kept.node]
     socket = _strength_socket(node)
+    assert socket is not None  # _require_writable has seen to it
     if not socket.is_linked:
         socket.default_value = value
         return

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Between two edits of a table: what changed, told to the core's live session so that it solves only that."""
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,8 @@ from spectral_core.spectra.spectrum import Spectrum
 _sessions: dict[int, Any] = {}
 """Live session by scene. Not saved: a file that is opened starts a new one."""
 
-SETTINGS = (
-    "smoothness", "smoothness_operator", "match", "reflectance_bounds", "light_bounds", "rounds", "scale_lights",
-    "observers", "robustness", "robust_weight",
-)  # fmt: skip
+TABLE = ("grid", "lights", "reflectances", "cells")
+"""What of a problem is compared entry by entry; every other attribute is a setting and is compared as it is."""
 
 
 def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
@@ -54,7 +53,8 @@ def _same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
 
 
 def _changed_settings(before: PaletteProblem, after: PaletteProblem) -> dict[str, Any]:
-    changed = {name: getattr(after, name) for name in SETTINGS if getattr(before, name) != getattr(after, name)}
+    settings = [each.name for each in fields(PaletteProblem) if each.name not in TABLE]
+    changed = {name: getattr(after, name) for name in settings if getattr(before, name) != getattr(after, name)}
     if [_light_key(light) for light in before.lights] != [_light_key(light) for light in after.lights]:
         changed["lights"] = after.lights
     if [_item_key(item) for item in before.reflectances] != [_item_key(item) for item in after.reflectances]:

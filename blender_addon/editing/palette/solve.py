@@ -4,6 +4,8 @@
 import traceback
 from collections.abc import Callable
 
+from bpy.types import Scene
+
 from spectral_core.errors import SpectralError
 from spectral_core.palette import PaletteProblem, PaletteSolution
 
@@ -16,14 +18,14 @@ _last: dict[int, PaletteSolution] = {}
 """Last solution by scene, where the next one may start from. Not saved: a file that is opened starts anew."""
 
 
-def solve_scene(scene) -> PaletteSolution | None:
+def solve_scene(scene: Scene) -> PaletteSolution | None:
     """Solve from the start, whatever it takes; None where the table cannot be solved, and ``message`` says why."""
     from spectral_core.palette import solve_palette
 
     return _solve(scene, solve_palette)
 
 
-def solve_live(scene) -> PaletteSolution | None:
+def solve_live(scene: Scene) -> PaletteSolution | None:
     """Follow an edit at once: a few milliseconds for the usual table; tables that take seconds wait for the button."""
     palette = scene.spectral.palette
     if not len(palette.lights) or not len(palette.materials):
@@ -34,7 +36,7 @@ def solve_live(scene) -> PaletteSolution | None:
     return _solve(scene, lambda problem: live_solution(scene.session_uid, problem), finished=False)
 
 
-def finish_live(scene) -> PaletteSolution | None:
+def finish_live(scene: Scene) -> PaletteSolution | None:
     """What ``solve_live`` leaves out for speed: all rounds, and which cells stand in each other's way."""
     from spectral_core.palette import solve_palette
 
@@ -47,7 +49,7 @@ def finish_live(scene) -> PaletteSolution | None:
 
 
 def _solve(
-    scene, solve: Callable[[PaletteProblem], PaletteSolution], *, finished: bool = True
+    scene: Scene, solve: Callable[[PaletteProblem], PaletteSolution], *, finished: bool = True
 ) -> PaletteSolution | None:
     palette = scene.spectral.palette
     with paused():

@@ -2,8 +2,8 @@
 """A palette problem (a preset, a file) laid out in the table, so that solving the table solves that problem."""
 
 import numpy as np
+from bpy.types import PropertyGroup
 
-from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import WHITE_XYZ, display_rgb_from_linear
@@ -12,19 +12,20 @@ from spectral_core.spectra.spectrum import Illuminant
 
 from ...properties.palette_cell import WEIGHT_LIMIT
 from ..spectra.stored import store_spectrum
+from .settings import require_storable, store_settings
 from .table import add_lamp, add_light, add_material, clear, paused, set_references
 
 
-def store_problem(palette, problem: PaletteProblem) -> list[str]:
+def store_problem(palette: PropertyGroup, problem: PaletteProblem) -> list[str]:
     """Replace the table by ``problem``; returns what it could not hold as it was, in words.
 
     Raises InvalidInputError, the table unchanged, where the problem asks for what the table has no place for.
     """
-    _require_storable(problem)
+    require_storable(problem)
     notes: list[str] = []
     with paused():
         clear(palette)
-        _store_settings(palette, problem)
+        store_settings(palette, problem)
         luminances = [float(xyz_of(light.spectrum)[1]) for light in problem.lights]
         palette.brightness = luminances[0]
         for light, luminance in zip(problem.lights, luminances, strict=True):
@@ -40,41 +41,7 @@ def store_problem(palette, problem: PaletteProblem) -> list[str]:
     return notes
 
 
-def _require_storable(problem: PaletteProblem) -> None:
-    grid = problem.grid
-    steps = np.diff(grid.wavelengths_nm)
-    if grid.interpolation != "linear" or np.ptp(steps) > 1e-6 * steps[0]:
-        raise InvalidInputError(
-            f"this palette is on {grid} ({grid.interpolation}); the table designs on equal steps, linear between them"
-        )
-    bounds = (*problem.reflectance_bounds, *problem.light_bounds)
-    if bounds not in ((0.0, 1.0, 0.0, np.inf), (-np.inf, np.inf, -np.inf, np.inf)):
-        raise InvalidInputError(
-            f"this palette bounds reflectances by {problem.reflectance_bounds} and lights by {problem.light_bounds}; "
-            "the table knows physical spectra, or no bounds at all"
-        )
-    if problem.subspace is not None:
-        raise InvalidInputError(
-            "this palette has a subspace criterion, which the table has no place for; use the library"
-        )
-
-
-def _store_settings(palette, problem: PaletteProblem) -> None:
-    wavelengths = problem.grid.wavelengths_nm
-    palette.grid_start, palette.grid_stop = wavelengths[0], wavelengths[-1]
-    palette.grid_samples = wavelengths.size
-    palette.smoothness = problem.smoothness
-    palette.operator = problem.smoothness_operator
-    palette.match = problem.match
-    palette.rounds = problem.rounds
-    palette.scale_lights = problem.scale_lights
-    palette.observers = set(problem.observers)
-    palette.robustness = problem.robustness
-    palette.robust_weight = problem.robust_weight
-    palette.allow_negative = problem.light_bounds[0] < 0
-
-
-def _store_light(palette, light: PaletteLight, luminance: float) -> None:
+def _store_light(palette: PropertyGroup, light: PaletteLight, luminance: float) -> None:
     column = add_light(palette, light.name)
     column.design = "DESIGNED" if light.free else "MEASURED"
     column.intensity = luminance / palette.brightness
@@ -89,7 +56,7 @@ def _store_light(palette, light: PaletteLight, luminance: float) -> None:
     column.keeps_luminance = light.luminance is not None
 
 
-def _store_lamp(spectral, spectrum: Illuminant) -> None:
+def _store_lamp(spectral: PropertyGroup, spectrum: Illuminant) -> None:
     """By its name where the catalogue has the very same spectrum, else by its values."""
     if spectrum.name in catalogue.illuminant_names():
         known = catalogue.illuminant(spectrum.name)
@@ -102,7 +69,7 @@ def _store_lamp(spectral, spectrum: Illuminant) -> None:
     store_spectrum(spectral, spectrum)
 
 
-def _store_cell(palette, place: tuple[int, int], wish: Cell) -> list[str]:
+def _store_cell(palette: PropertyGroup, place: tuple[int, int], wish: Cell) -> list[str]:
     material, light = palette.materials[place[0]], palette.lights[place[1]]
     cell = material.cells[place[1]]
     cell.mode = wish.mode.upper()

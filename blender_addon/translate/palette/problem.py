@@ -2,6 +2,7 @@
 """From the palette's properties to the problem that the core solves."""
 
 import numpy as np
+from bpy.types import PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance
@@ -11,69 +12,44 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 from ...properties.palette_cell import BOXED, REFERRING
 from ..spectra.stored import spectrum_of
+from .settings import settings_of
 from .table import places, references
 
 
-def palette_problem(palette) -> PaletteProblem:
+def palette_problem(palette: PropertyGroup) -> PaletteProblem:
     """What the table asks for. Raises InvalidInputError that names the row, column or cell at fault."""
     if not len(palette.lights) or not len(palette.materials):
         raise InvalidInputError("the table is empty; add a light and a material, or choose a preset")
-    grid = palette_grid(palette)
-    unbounded = (-np.inf, np.inf)
+    settings = settings_of(palette)
     return PaletteProblem(
-        grid=grid,
-        lights=tuple(_light(palette, light, grid) for light in palette.lights),
+        lights=tuple(_light(palette, light, settings["grid"]) for light in palette.lights),
         reflectances=tuple(_reflectance(material) for material in palette.materials),
         cells=tuple(tuple(_cell(palette, m, c) for c in range(len(m.cells))) for m in palette.materials),
-        smoothness=palette.smoothness,
-        smoothness_operator=palette.operator,
-        match=palette.match,
-        reflectance_bounds=unbounded if palette.allow_negative else (0.0, 1.0),
-        light_bounds=unbounded if palette.allow_negative else (0.0, np.inf),
-        rounds=palette.rounds,
-        scale_lights=palette.scale_lights,
-        observers=_observers(palette),
-        robustness=palette.robustness,
-        robust_weight=palette.robust_weight,
+        **settings,
     )
 
 
-def palette_grid(palette) -> SpectralGrid:
-    """The wavelengths that spectra are designed at."""
-    if palette.grid_stop <= palette.grid_start:
-        raise InvalidInputError(
-            f"the wavelengths run from {palette.grid_start:g} to {palette.grid_stop:g} nm; the second must be larger"
-        )
-    return SpectralGrid(np.linspace(palette.grid_start, palette.grid_stop, palette.grid_samples))
-
-
-def takes_seconds(palette) -> bool:
+def takes_seconds(palette: PropertyGroup) -> bool:
     """Whether this table needs a solver that is too slow for every drag of a slider."""
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
     distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
     return distinct or (palette.robustness == "worst_case" and several)
 
 
-def _observers(palette) -> tuple[str, ...]:
-    """The standard observer always first: its colors are the targets."""
-    others = sorted(palette.observers - {"cie_1931_2deg"})
-    return ("cie_1931_2deg", *others)
-
-
-def _illuminant(holder, luminance: float, name: str) -> Illuminant:
+def _illuminant(holder: PropertyGroup, luminance: float, name: str) -> Illuminant:
     found = spectrum_of(holder)
     if found is None:
         raise InvalidInputError(f"light {name!r} has no spectrum; choose one from the catalogue or a file")
     return normalized(Illuminant(name, found.grid, found.values, source=found.source), luminance=luminance)
 
 
-def _light(palette, light, grid: SpectralGrid) -> PaletteLight:
+def _light(palette: PropertyGroup, light: PropertyGroup, grid: SpectralGrid) -> PaletteLight:
     luminance = palette.brightness * light.intensity
     start = _illuminant(light, luminance, light.name)
     if light.design == "MEASURED":
         variants = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.variants)
         return PaletteLight(start, variants=variants)
-    primaries = ()
+    primaries: tuple[Illuminant, ...] = ()
     if light.use_primaries:
         if not len(light.primaries):
             raise InvalidInputError(
@@ -97,11 +73,11 @@ def _on_grid(start: Illuminant, grid: SpectralGrid) -> Illuminant:
     return start.resampled(grid, average=True)
 
 
-def _lamp_name(lamp) -> str:
+def _lamp_name(lamp: PropertyGroup) -> str:
     return lamp.spectral.spectrum_name or lamp.spectral.catalogue_name or "lamp"
 
 
-def _reflectance(material) -> PaletteReflectance:
+def _reflectance(material: PropertyGroup) -> PaletteReflectance:
     if material.design == "DESIGNED":
         return PaletteReflectance(material.name)
     found = spectrum_of(material)
@@ -112,7 +88,7 @@ def _reflectance(material) -> PaletteReflectance:
     return PaletteReflectance(material.name, Reflectance(material.name, found.grid, found.values, source=found.source))
 
 
-def _cell(palette, material, column: int) -> Cell:
+def _cell(palette: PropertyGroup, material: PropertyGroup, column: int) -> Cell:
     cell = material.cells[column]
     mode = CellMode(cell.mode.lower())
     if mode is CellMode.IGNORE:

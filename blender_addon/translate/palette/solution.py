@@ -2,17 +2,18 @@
 """From the core's solution of a palette to the properties that panels show."""
 
 import numpy as np
+from bpy.types import PropertyGroup
 
 from spectral_core.palette import PaletteSolution
 from spectral_core.spectra.color import display_rgb_from_linear
-from spectral_core.spectra.spectrum import Illuminant, Reflectance
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 from ...properties.palette_cell import NO_ERROR
 from ..spectra.stored import store_spectrum
 from .table import places
 
 
-def store_solution(palette, solution: PaletteSolution, *, finished: bool = True) -> None:
+def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finished: bool = True) -> None:
     """Write spectra, colors, errors and status of a solution into the properties that panels show.
 
     ``finished``: whether conflicts were looked for; if not, those that are shown stay while wishes are missed.
@@ -42,7 +43,7 @@ def store_solution(palette, solution: PaletteSolution, *, finished: bool = True)
         _store_conflicts(palette, solution)
 
 
-def _store_conflicts(palette, solution: PaletteSolution) -> None:
+def _store_conflicts(palette: PropertyGroup, solution: PaletteSolution) -> None:
     palette.conflicts.clear()
     for conflict in solution.conflicts:
         entry = palette.conflicts.add()
@@ -54,6 +55,6 @@ def _store_conflicts(palette, solution: PaletteSolution) -> None:
             entry.relief_material_uid, entry.relief_light_uid = palette.materials[row].uid, palette.lights[column].uid
 
 
-def _store_result(result, spectrum, kind: type) -> None:
+def _store_result(result: PropertyGroup, spectrum: Spectrum, kind: type) -> None:
     """Spectra outside of physics (asked for by "Unphysical Spectra") are kept for the curves, and not as a spectrum."""
     store_spectrum(result, spectrum, physical=isinstance(spectrum, kind))

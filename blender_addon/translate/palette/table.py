@@ -4,8 +4,10 @@
 Cells refer to each other by lasting numbers, so that moving or renaming a row or column breaks nothing.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+
+from bpy.types import PropertyGroup, bpy_prop_collection
 
 from spectral_core.errors import InvalidInputError
 
@@ -20,19 +22,19 @@ def paused() -> AbstractContextManager[None]:
     return hooks.silenced(hooks.Topic.PALETTE)
 
 
-def palette_of(holder):
+def palette_of(holder: PropertyGroup) -> PropertyGroup:
     """The palette of a scene, or of anything that the palette contains."""
     return holder.id_data.spectral.palette
 
 
-def places(palette) -> Iterator[tuple[Place, object]]:
+def places(palette: PropertyGroup) -> Iterator[tuple[Place, PropertyGroup]]:
     """Every cell with its (row, column)."""
     for row, material in enumerate(palette.materials):
         for column, cell in enumerate(material.cells):
             yield (row, column), cell
 
 
-def place_of(palette, cell) -> Place:
+def place_of(palette: PropertyGroup, cell: PropertyGroup) -> Place:
     """(row, column) of a cell."""
     return next(place for place, each in places(palette) if each == cell)
 
@@ -45,12 +47,12 @@ def _unique(name: str, taken: set[str]) -> str:
     return tried
 
 
-def _next_uid(palette) -> int:
+def _next_uid(palette: PropertyGroup) -> int:
     palette.next_uid += 1
     return palette.next_uid - 1
 
 
-def add_light(palette, name: str = "Light"):
+def add_light(palette: PropertyGroup, name: str = "Light") -> PropertyGroup:
     """A new column at the right; its cells do not care yet."""
     with paused():
         light = palette.lights.add()
@@ -64,7 +66,7 @@ def add_light(palette, name: str = "Light"):
     return light
 
 
-def add_material(palette, name: str = "Material"):
+def add_material(palette: PropertyGroup, name: str = "Material") -> PropertyGroup:
     """A new row at the bottom; its cells do not care yet."""
     with paused():
         material = palette.materials.add()
@@ -76,7 +78,7 @@ def add_material(palette, name: str = "Material"):
     return material
 
 
-def add_lamp(lamps, name: str):
+def add_lamp(lamps: bpy_prop_collection, name: str) -> PropertyGroup:
     """A new entry of a light's primaries or variants, without a spectrum yet."""
     lamp = lamps.add()
     lamp.name = name
@@ -84,7 +86,7 @@ def add_lamp(lamps, name: str):
     return lamp
 
 
-def remove_light(palette, column: int) -> None:
+def remove_light(palette: PropertyGroup, column: int) -> None:
     """Take a column away; cells that referred to it no longer do."""
     uid = palette.lights[column].uid
     with paused():
@@ -95,7 +97,7 @@ def remove_light(palette, column: int) -> None:
         clamp_active(palette)
 
 
-def remove_material(palette, row: int) -> None:
+def remove_material(palette: PropertyGroup, row: int) -> None:
     """Take a row away; cells that referred to it no longer do."""
     uid = palette.materials[row].uid
     with paused():
@@ -104,7 +106,7 @@ def remove_material(palette, row: int) -> None:
         clamp_active(palette)
 
 
-def _forget(palette, gone) -> None:
+def _forget(palette: PropertyGroup, gone: Callable[[PropertyGroup], bool]) -> None:
     for _, cell in places(palette):
         for index in reversed(range(len(cell.others))):
             if gone(cell.others[index]):
@@ -113,7 +115,7 @@ def _forget(palette, gone) -> None:
             cell.mode = "IGNORE"
 
 
-def move_light(palette, column: int, to: int) -> None:
+def move_light(palette: PropertyGroup, column: int, to: int) -> None:
     """Move a column, its cells with it."""
     with paused():
         palette.lights.move(column, to)
@@ -121,13 +123,13 @@ def move_light(palette, column: int, to: int) -> None:
             material.cells.move(column, to)
 
 
-def move_material(palette, row: int, to: int) -> None:
+def move_material(palette: PropertyGroup, row: int, to: int) -> None:
     """Move a row."""
     with paused():
         palette.materials.move(row, to)
 
 
-def clear(palette) -> None:
+def clear(palette: PropertyGroup) -> None:
     """An empty table."""
     with paused():
         palette.lights.clear()
@@ -137,20 +139,20 @@ def clear(palette) -> None:
         clamp_active(palette)
 
 
-def clamp_active(palette) -> None:
+def clamp_active(palette: PropertyGroup) -> None:
     """Keep the selected cell inside the table."""
     palette.active_row = max(0, min(palette.active_row, len(palette.materials) - 1))
     palette.active_column = max(0, min(palette.active_column, len(palette.lights) - 1))
 
 
-def active_cell(palette):
+def active_cell(palette: PropertyGroup) -> PropertyGroup | None:
     """The selected cell, None in an empty table."""
     if palette.active_row < len(palette.materials) and palette.active_column < len(palette.lights):
         return palette.materials[palette.active_row].cells[palette.active_column]
     return None
 
 
-def references(palette, cell) -> list[Place]:
+def references(palette: PropertyGroup, cell: PropertyGroup) -> list[Place]:
     """(row, column) of the cells that ``cell`` refers to."""
     rows = {material.uid: row for row, material in enumerate(palette.materials)}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
@@ -161,13 +163,13 @@ def references(palette, cell) -> list[Place]:
     ]
 
 
-def may_refer(palette, cell, other: Place) -> bool:
+def may_refer(palette: PropertyGroup, cell: PropertyGroup, other: Place) -> bool:
     """Whether a cell of this mode may refer to the cell at ``other``."""
     here = place_of(palette, cell)
     return other != here and (cell.mode != "CONSTANT" or other[0] == here[0])
 
 
-def set_references(palette, cell, others: list[Place]) -> None:
+def set_references(palette: PropertyGroup, cell: PropertyGroup, others: list[Place]) -> None:
     """Let ``cell`` refer to these cells only. Raises InvalidInputError for a cell that it cannot refer to."""
     for row, column in others:
         if not may_refer(palette, cell, (row, column)):
@@ -182,7 +184,7 @@ def set_references(palette, cell, others: list[Place]) -> None:
         reference.light_uid = palette.lights[column].uid
 
 
-def fill_references(cell) -> None:
+def fill_references(cell: PropertyGroup) -> None:
     """What a newly chosen mode most often refers to: the row above, the other lights, or the rest of the column."""
     if cell.mode not in REFERRING:
         return

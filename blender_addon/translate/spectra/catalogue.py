@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 KINDS: dict[str, type[Spectrum]] = {"illuminant": Illuminant, "reflectance": Reflectance}
+READ_AS: dict[str, Literal["illuminant", "reflectance"]] = {"illuminant": "illuminant", "reflectance": "reflectance"}
 BLACKBODIES = ("blackbody 1900", "blackbody 2700", "blackbody 3200", "blackbody 4000", "blackbody 5600")
 """Candle, household bulb, studio tungsten, cool white and flash: shown as examples; any temperature may be typed."""
 
@@ -36,7 +38,7 @@ def from_file(kind: str, path: str, entry: str) -> tuple[Spectrum, list[str]]:
         raise InvalidInputError("no file is chosen; pick a .csv, .spdx or .spd file with a measured spectrum")
     if not Path(path).is_file():
         raise InvalidInputError(f"there is no file {path}; choose it again, or pack what you have with the values kept")
-    spectra = read_spectra(path, kind=kind)
+    spectra = read_spectra(path, kind=READ_AS[kind])
     known = [spectrum.name for spectrum in spectra]
     if entry and entry not in known:
         raise UnknownNameError.among(f"spectrum in {Path(path).name}", entry, known)

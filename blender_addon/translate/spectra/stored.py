@@ -3,10 +3,12 @@
 
 import bpy
 import numpy as np
+from bpy.types import ID, Node, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
+from ... import compat
 from ...properties import hooks
 from ...properties.spectrum import tag
 from . import catalogue
@@ -15,7 +17,7 @@ OWNERS = (bpy.types.Material, bpy.types.Light, bpy.types.World)
 EMITTING_NODES = ("ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeBlackbody")
 
 
-def owner_of(spectral):
+def owner_of(spectral: PropertyGroup) -> ID | Node | PropertyGroup:
     """The material, light, world, node or palette entry whose ``spectral`` this is."""
     if isinstance(spectral.id_data, bpy.types.NodeTree):  # Blender gives no path to what a node carries
         return next(node for node in spectral.id_data.nodes if getattr(node, "spectral", None) == spectral)
@@ -23,7 +25,7 @@ def owner_of(spectral):
     return spectral.id_data.path_resolve(holder) if holder else spectral.id_data
 
 
-def kind_of(owner) -> str:
+def kind_of(owner: ID) -> str:
     """``"illuminant"`` for what emits, ``"reflectance"`` for what reflects or lets through."""
     declared = getattr(type(owner), "SPECTRUM_KIND", None)
     if declared:
@@ -34,7 +36,7 @@ def kind_of(owner) -> str:
     return "illuminant" if emits else "reflectance"
 
 
-def kind_in(spectral) -> str:
+def kind_in(spectral: PropertyGroup) -> str:
     """kind_of() of the owner, without asking Blender for the path to it, which takes milliseconds on a scene."""
     if spectral.kind != "OWNER":
         return spectral.kind.lower()
@@ -42,7 +44,7 @@ def kind_in(spectral) -> str:
     return kind_of(block if isinstance(block, OWNERS) else owner_of(spectral))
 
 
-def spectrum_of(owner, attribute: str = "spectral") -> Spectrum | None:
+def spectrum_of(owner: ID, attribute: str = "spectral") -> Spectrum | None:
     """The Illuminant or Reflectance that ``owner`` carries, None where its color is meant.
 
     ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
@@ -58,7 +60,15 @@ def spectrum_of(owner, attribute: str = "spectral") -> Spectrum | None:
     return _stored(spectral, kind_in(spectral), owner.name)
 
 
-def strength_of(owner) -> float:
+def carried_spectrum(owner: ID | Node | PropertyGroup, attribute: str = "spectral") -> Spectrum:
+    """The spectrum that ``owner`` carries. Raises InvalidInputError where it carries none."""
+    spectrum = spectrum_of(owner, attribute)
+    if spectrum is None:
+        raise InvalidInputError(f"{owner.name!r} has no spectrum yet")
+    return spectrum
+
+
+def strength_of(owner: ID) -> float:
     """What the power of ``owner`` is multiplied by, once its spectrum is normalized to the luminance of white.
 
     1 but for designed lights: a design may ask for one light that is brighter than another.
@@ -67,7 +77,7 @@ def strength_of(owner) -> float:
     return 1.0 if spectral is None or spectral.source == "NONE" else spectral.strength
 
 
-def stored_samples(spectral) -> tuple[np.ndarray, np.ndarray]:
+def stored_samples(spectral: PropertyGroup) -> tuple[np.ndarray, np.ndarray]:
     """Wavelengths (n,) in nm and values (n,) as they are stored; both empty where nothing is."""
     columns = np.empty((2, len(spectral.samples)), dtype=np.float32)
     spectral.samples.foreach_get("wavelength_nm", columns[0])
@@ -76,20 +86,27 @@ def stored_samples(spectral) -> tuple[np.ndarray, np.ndarray]:
     return wavelengths, values
 
 
-def _stored(spectral, kind: str, fallback_name: str) -> Spectrum:
+def _stored(spectral: PropertyGroup, kind: str, fallback_name: str) -> Spectrum:
     wavelengths, values = stored_samples(spectral)
     grid = SpectralGrid(wavelengths, spectral.interpolation.lower())
     return catalogue.KINDS[kind](spectral.spectrum_name or fallback_name, grid, values, source=spectral.origin)
 
 
 def store_spectrum(
-    spectral, spectrum: Spectrum, source: str = "DESIGNED", *, strength: float = 1.0, physical: bool = True
+    spectral: PropertyGroup,
+    spectrum: Spectrum,
+    source: str = "DESIGNED",
+    *,
+    strength: float = 1.0,
+    physical: bool = True,
 ) -> None:
     """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES.
 
-    Raises InvalidInputError where it is not what its owner can have, a reflectance in [0, 1] or a light of no negative
-    power, unless ``physical`` is False: then it is kept to be drawn, and reading it with spectrum_of() raises.
+    Raises InvalidInputError where its owner is linked, or where the spectrum is not what its owner can have: a
+    reflectance in [0, 1] or a light of no negative power. With ``physical`` False it is kept to be drawn, and reading
+    it with spectrum_of() raises.
     """
+    require_editable(spectral.id_data)
     expected = catalogue.KINDS[kind_in(spectral)]
     if physical and type(spectrum) is not expected:
         spectrum = expected(spectrum.name, spectrum.grid, spectrum.values, source=spectrum.source)
@@ -100,7 +117,17 @@ def store_spectrum(
     spectral.message = ""
 
 
-def write_samples(spectral, spectrum: Spectrum) -> None:
+def require_editable(block: ID) -> None:
+    """Raise InvalidInputError for linked data: Blender takes a change of it, and loses it when the file is saved."""
+    if not compat.is_editable(block):
+        source = block.library or block.override_library.reference.library
+        raise InvalidInputError(
+            f"{block.bl_rna.name.lower()} {block.name!r} is linked from {bpy.path.basename(source.filepath)} and can "
+            "keep no spectrum here; make it local, or apply with Make Linked Data Local"
+        )
+
+
+def write_samples(spectral: PropertyGroup, spectrum: Spectrum) -> None:
     """Keep the values of a spectrum, its name and its origin."""
     if len(spectral.samples) != spectrum.grid.size:
         spectral.samples.clear()

@@ -3,13 +3,15 @@
 
 import bpy
 import numpy as np
+from bpy.types import Node, PropertyGroup, Volume
+from numpy.typing import ArrayLike
 
 CURVES = ("density", "emission", "gradient")
 JUMP = 2e-6
 """Curve widgets cannot hold two points at one place; closer than this they are a jump."""
 
 
-def add_material(volume, name: str):
+def add_material(volume: Volume, name: str) -> PropertyGroup:
     """A new material with a density ramp; returns it."""
     settings = volume.spectral
     made = settings.materials.add()
@@ -22,7 +24,7 @@ def add_material(volume, name: str):
     return made
 
 
-def remove_material(volume, index: int) -> None:
+def remove_material(volume: Volume, index: int) -> None:
     """Take a material and its curves away."""
     settings = volume.spectral
     tree = settings.curves
@@ -35,19 +37,19 @@ def remove_material(volume, index: int) -> None:
     volume.update_tag()
 
 
-def clear(volume) -> None:
+def clear(volume: Volume) -> None:
     """Take all materials away."""
     while len(volume.spectral.materials):
         remove_material(volume, 0)
 
 
-def curve_node(volume, material, which: str):
+def curve_node(volume: Volume, material: PropertyGroup, which: str) -> Node | None:
     """The Float Curve node of a material's curve, None where it has none yet."""
     tree = volume.spectral.curves
     return None if tree is None else tree.nodes.get(f"{material.uid} {which}")
 
 
-def set_curve(volume, material, which: str, positions, heights) -> None:
+def set_curve(volume: Volume, material: PropertyGroup, which: str, positions: ArrayLike, heights: ArrayLike) -> None:
     """Straight lines through the points; two equal positions are a jump."""
     settings = volume.spectral
     if settings.curves is None:
@@ -74,7 +76,7 @@ def set_curve(volume, material, which: str, positions, heights) -> None:
     volume.update_tag()
 
 
-def curve_points(volume, material, which: str) -> tuple[np.ndarray, np.ndarray]:
+def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n,) and heights (n,) of a curve as straight lines; what an artist made round is sampled finely."""
     node = curve_node(volume, material, which)
     if node is None:

@@ -2,11 +2,12 @@
 """The transfer function of a Volume as the core states it, and back: in fractions of the data's range, per voxel."""
 
 import numpy as np
+from bpy.types import PropertyGroup, Volume
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 from spectral_core.volume.documents.transfer_document import TransferDocument
-from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, smooth_reflectance
+from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, spectrum_of_color
 from spectral_core.volume.transfer import Material, TransferFunction
 
 from ... import compat
@@ -18,7 +19,11 @@ GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 """Wavelengths of a transfer function where any of its materials carries a spectrum."""
 
 
-def stated_transfer(volume, rgb_from_working: np.ndarray | None = None) -> TransferDocument:
+Curve = tuple[np.ndarray, np.ndarray]
+"""Positions and heights."""
+
+
+def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) -> TransferDocument:
     """The transfer function that a Volume carries. Raises InvalidInputError where it has no material.
 
     ``rgb_from_working``: (3, 3) from Blender's scene-linear colours to linear sRGB, the file's own by default.
@@ -34,19 +39,20 @@ def stated_transfer(volume, rgb_from_working: np.ndarray | None = None) -> Trans
     for entry, spectrum in zip(settings.materials, spectra, strict=True):
         color = np.array(entry.color, dtype=np.float64) @ rgb_from_working.T
         if spectral:
-            color = smooth_reflectance(color, GRID) if spectrum is None else spectrum.resampled(GRID).values
+            nm = GRID.wavelengths_nm
+            color = spectrum_of_color(color, nm) if spectrum is None else spectrum.resampled(GRID).values
         materials.append(_stated(volume, entry, color))
     transfer = TransferFunction(tuple(materials), GRID.wavelengths_nm if spectral else None)
     return TransferDocument(transfer, "fraction", "voxel", volume.name)
 
 
-def value_range(volume) -> tuple[float, float] | None:
+def value_range(volume: Volume) -> tuple[float, float] | None:
     """What fractions are of: the range of the data that the volume was imported with, None where that is not known."""
     stored = volume.get(RANGE_KEY)
     return None if stored is None else (float(stored[0]), float(stored[1]))
 
 
-def _stated(volume, entry, color: np.ndarray) -> Material:
+def _stated(volume: Volume, entry: PropertyGroup, color: np.ndarray) -> Material:
     values, extinction = curve_points(volume, entry, "density")
     extinction, emission = extinction * entry.density, None
     if entry.emission > 0:
@@ -67,7 +73,7 @@ def _stated(volume, entry, color: np.ndarray) -> Material:
     )
 
 
-def _on_one_axis(first, second) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _on_one_axis(first: Curve, second: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Two piecewise linear curves, each with its own knots, on the knots of both; jumps stay jumps."""
     (x, y), (u, v) = first, second
     if np.array_equal(x, u):
@@ -88,7 +94,7 @@ def _values_at(knots: np.ndarray, left: np.ndarray, x: np.ndarray, y: np.ndarray
     return np.where(left, mirrored, after)
 
 
-def store_transfer(volume, stated: TransferDocument) -> None:
+def store_transfer(volume: Volume, stated: TransferDocument) -> None:
     """Replace the materials of a Volume. Raises InvalidInputError where they are not in fractions and voxels."""
     if (stated.values, stated.length) != ("fraction", "voxel"):
         raise InvalidInputError("a volume keeps fractions of its range, per voxel; fit the function to it first")
@@ -101,7 +107,7 @@ def store_transfer(volume, stated: TransferDocument) -> None:
     volume.spectral.enabled = True
 
 
-def _store(volume, material: Material, color: np.ndarray, wavelengths_nm: np.ndarray | None) -> None:
+def _store(volume: Volume, material: Material, color: np.ndarray, wavelengths_nm: np.ndarray | None) -> None:
     entry = add_material(volume, material.name)
     entry.color, entry.lit = color, material.lit
     if wavelengths_nm is not None:
@@ -109,13 +115,13 @@ def _store(volume, material: Material, color: np.ndarray, wavelengths_nm: np.nda
     entry.density = _store_curve(volume, entry, "density", material.values, material.extinction)
     if material.emission is not None and np.any(material.emission):
         entry.emission = _store_curve(volume, entry, "emission", material.values, material.emission)
-    if material.gradient_values is not None:
+    if material.gradient_values is not None and material.gradient_weights is not None:
         steepest = float(material.gradient_values.max())
         entry.use_gradient, entry.gradient = True, steepest
         set_curve(volume, entry, "gradient", material.gradient_values / steepest, material.gradient_weights)
 
 
-def _store_curve(volume, entry, which: str, values: np.ndarray, heights: np.ndarray) -> float:
+def _store_curve(volume: Volume, entry: PropertyGroup, which: str, values: np.ndarray, heights: np.ndarray) -> float:
     """Keep a curve with its top at 1; what that top stands for."""
     top = float(heights.max())
     set_curve(volume, entry, which, values, heights / top if top > 0 else heights)

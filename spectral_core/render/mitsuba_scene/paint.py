@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
-from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
@@ -47,6 +47,8 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
         return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
+    if isinstance(paint, SpectralImage):
+        return spectral_image(context, paint, subject)
     return _mixed(context, paint, lambda part: reflectance(context, part, subject))
 
 
@@ -56,6 +58,9 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
         return constant_emission(context, paint, strength)
     if isinstance(paint, ImageTexture):
         return _emitting_image(context, paint, strength, subject)
+    if isinstance(paint, SpectralImage):
+        context.note(subject, "emits light through a spectral texture; it is emitted in its color under D65")
+        return _emitting_image(context, in_daylight(paint), strength, subject)
     return _mixed(context, paint, lambda part: emission(context, part, strength, subject))
 
 
@@ -136,6 +141,36 @@ def image(context: Context, texture: ImageTexture, subject: str) -> Any:
         context.note(subject, f"uses image {texture.name!r} with values outside 0 to 1; they are rendered at the limit")
         pixels = np.clip(pixels, 0.0, 1.0)
     return _bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
+
+
+def spectral_image(context: Context, paint: SpectralImage, subject: str) -> Any:
+    """Texture of reflectances; in RGB transport their colors under D65."""
+    if not context.spectral:
+        return image(context, in_daylight(paint), subject)
+    mi = context.mitsuba
+    knots = paint.grid.wavelengths_nm
+    even = np.linspace(knots[0], knots[-1], max(2, round((knots[-1] - knots[0]) / np.diff(knots).min()) + 1))
+    spectra = np.stack([np.interp(even, knots, row) for row in paint.spectra], axis=-1)
+    weights = np.moveaxis(paint.weights, 0, -1).astype(np.float32)
+    return context.load(
+        {
+            "type": "spectral_image",
+            "weights": mi.TensorXf(np.ascontiguousarray(weights)),
+            "spectra": mi.TensorXf(np.ascontiguousarray(spectra, dtype=np.float32)),
+            "first_nm": float(knots[0]),
+            "last_nm": float(knots[-1]),
+            "wrap_mode": {"repeat": "repeat", "clip": "clamp", "extend": "clamp", "mirror": "mirror"}[paint.extension],
+            "filter_type": "bilinear" if paint.interpolation == "linear" else "nearest",
+            "u_row": mi.ScalarVector3f(paint.uv_from_mesh_uv[0]),
+            "v_row": mi.ScalarVector3f(paint.uv_from_mesh_uv[1]),
+        }
+    )
+
+
+def in_daylight(paint: SpectralImage) -> ImageTexture:
+    """The picture that a spectral image shows under D65."""
+    pixels = np.clip(paint.linear_rgb(white_light()), 0.0, 1.0)
+    return ImageTexture(paint.name, pixels, "linear", paint.extension, paint.interpolation, paint.uv_from_mesh_uv)
 
 
 def _emitting_image(context: Context, texture: ImageTexture, strength: float, subject: str) -> Any:
