@@ -66,8 +66,10 @@ def start(scene: Scene) -> tuple[Session, list[str]]:
 
     stop()
     global _session
-    settings, board = scene.spectral.board, Board(read)
-    links, missing = [], []
+    links: list[Any] = []
+    missing = []
+    settings = scene.spectral.board
+    board = Board(read, lambda control: any(link.has_motor(control) for link in links))
     for wanted, opened in ((settings.use_midi, _midi), (settings.use_osc, _osc)):
         if wanted:
             try:
@@ -82,12 +84,9 @@ def start(scene: Scene) -> tuple[Session, list[str]]:
 
 
 def _midi(settings: PropertyGroup, board: Board) -> Any:
-    from spectral_core.explore.board import Control
     from spectral_core.explore.board.midi import MidiLink
 
-    controls = [Control.parse(entry.control) for entry in settings.bindings if entry.control.startswith("cc14:")]
-    fine = frozenset((control.channel, int(control.address)) for control in controls)
-    return MidiLink(board.receive, name=settings.midi_port or None, fine=fine)
+    return MidiLink(board.receive, name=settings.midi_port or None)
 
 
 def _osc(settings: PropertyGroup, board: Board) -> Any:
@@ -117,9 +116,7 @@ def rebind(scene: Scene) -> None:
             if new not in board.bindings:
                 board.bind(new)
             _session.start_positions.setdefault(new.target, new.position(read(new.target)))
-        for order in settings.orders:
-            if order.lower and order.upper:
-                board.keep_ordered(order.lower, order.upper)
+        board.set_orders((order.lower, order.upper) for order in settings.orders if order.lower and order.upper)
         settings.status = ""
     except SpectralError as error:
         settings.status = str(error)
@@ -138,6 +135,7 @@ def tick() -> float | None:
     for link in _session.links:
         if hasattr(link, "pump"):
             link.pump()
+            _tell_missing(scene, link.missing)
     learning = _session.board.learning
     changes = _session.board.poll(range_of)
     if learning is not None and _session.board.learning is None:
@@ -148,6 +146,16 @@ def tick() -> float | None:
         for link in _session.links:
             link.send(control, position)
     return TICK_SECONDS
+
+
+def _tell_missing(scene: Scene, device: str | None) -> None:
+    """Say in the panel that a device is unplugged, and take it back when it is there again."""
+    board = scene.spectral.board
+    text = f"{device} is unplugged; it is used again once it is connected" if device else ""
+    if device and board.status != text:
+        board.status = text
+    elif not device and board.status.endswith("it is used again once it is connected"):
+        board.status = ""
 
 
 def range_of(target: str) -> tuple[float, float]:
