@@ -8,17 +8,14 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from spectral_core.errors import InvalidInputError
 
 from . import _blend
 from .plan import translated_scene
 
-if TYPE_CHECKING:
-    from spectral_core.render.relight.storage import Storage
-
 KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
+"""As ``relight.storages`` names them; a literal, so that a command's help imports no renderer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,17 +36,21 @@ def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
     from spectral_core.render.relight.memory import peak_bytes, stated_peak
+    from spectral_core.render.relight.storages import storage_named
     from spectral_core.render.relight.transport import light_groups, one_group_per_light, record_transport
     from spectral_core.render.relight.transport_file import write_transport
+
+    from ..translate.view_transform import view_transform_of
 
     out = arguments.out or Path(arguments.scene.with_suffix(".transport.exr").name)
     if out.suffix.lower() != ".exr":
         raise InvalidInputError(f"{out.name} does not end in .exr, which a transport file is")
     start = time.perf_counter()
     with _blend.chatter_to_stderr():
-        _blend.open_scene(arguments)
+        opened = _blend.open_scene(arguments)
         scene = translated_scene(arguments)
-    storage = _storage(arguments.storage)
+        view = view_transform_of(opened)
+    storage = storage_named(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
     names = light_groups(grouped)
     stated = stated_peak(storage, *scene.film.size, len(names))
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.estimate:
         with RenderProcess() as renderer:
             transport = record_transport(
-                scene, storage, one_per_light=arguments.one_per_light, render=renderer.render,
+                scene, storage, one_per_light=arguments.one_per_light, view=view, render=renderer.render,
                 on_progress=lambda p: print(f"{p.samples}/{p.total} samples", file=sys.stderr),
             )  # fmt: skip
         write_transport(out, transport)
@@ -73,14 +74,3 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(report))
     return 0
-
-
-def _storage(kind: str) -> Storage:
-    from spectral_core.render.relight.storage import Storage
-    from spectral_core.spectra.spectrum import SpectralGrid
-
-    if kind == "dial":
-        return Storage.dial()
-    if kind == "exact":
-        return Storage.exact(SpectralGrid.uniform(380, 780, 10))
-    return Storage.bands(int(kind.removeprefix("bands")))

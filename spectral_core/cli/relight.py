@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
+from spectral_core.files.whole import whole_file
 
 from . import _pictures
 
@@ -38,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Relight and write."""
-    from spectral_core.render.relight.mix import LiveMix
+    from spectral_core.render.relight.mix import LiveMix, amounts_of
     from spectral_core.render.relight.page import write_page
     from spectral_core.render.relight.transport_file import read_transport
 
@@ -50,17 +51,17 @@ def run(arguments: argparse.Namespace) -> int:
     live = LiveMix(transport)
     for group, light in lights.items():
         live.set_light(group, light)
-    amounts = np.ones(len(transport.groups))
-    for group, amount in mix.items():
-        amounts[transport.index_of(group)] = amount
+    amounts = amounts_of(transport, mix)
     report: dict[str, Any] = {"groups": list(transport.groups), "files": []}
     if arguments.out is not None:
         start = time.perf_counter()
         weights = _dial_weights(arguments, len(transport.groups))
-        report["files"] = _write(arguments, live, [amounts] if weights is None else list(amounts * weights))
+        # times the number of lights: in the middle of the dial the picture is then as bright as it was recorded
+        mixes = [amounts] if weights is None else list(amounts * weights * len(amounts))
+        report["files"] = _write(arguments, live, mixes)
         report["seconds"] = round(time.perf_counter() - start, 3)
     if arguments.html is not None:
-        write_page(arguments.html, transport, title=arguments.transport.stem, lights=lights)
+        write_page(arguments.html, transport, title=arguments.transport.stem, lights=lights, mix=mix)
         report["files"].append(str(arguments.html))
     for file in report["files"]:
         print(file)
@@ -134,14 +135,14 @@ def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
         raise MissingDependencyError(
             "a video needs the program ffmpeg (Debian: apt install ffmpeg); or write frames as .png"
         )
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, whole_file(out) as unfinished:
         for number, weights in enumerate(mixes, 1):
             _pictures.write_picture(Path(folder) / f"{number:05d}.png", live.picture(weights)[::-1, :, :3])
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # the codec halves the color planes
         done = subprocess.run(
             [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", even,
-             "-pix_fmt", "yuv420p", str(out)], capture_output=True, text=True,
+             "-pix_fmt", "yuv420p", str(unfinished)], capture_output=True, text=True,
         )  # fmt: skip
-    if done.returncode:
-        raise InvalidInputError(f"ffmpeg could not write {out}: {done.stderr.strip()[-300:]}")
+        if done.returncode:
+            raise FileWriteError(f"ffmpeg could not write {out}: {done.stderr.strip()[-300:]}")
     return str(out)

@@ -139,6 +139,7 @@ def _print(design: TextureDesign, figures: dict[str, Any]) -> None:
 
 def _write(folder: Path, design: TextureDesign, figures: dict[str, Any]) -> list[str]:
     from spectral_core.cli._pictures import write_picture
+    from spectral_core.files.whole import write_text
     from spectral_core.palette.texture.file import write_texture
     from spectral_core.spectra.files import write_spectra
 
@@ -151,5 +152,5 @@ def _write(folder: Path, design: TextureDesign, figures: dict[str, Any]) -> list
         lost = np.minimum(loss.delta_e.astype(np.float32) / WHITE_AT_DELTA_E, 1.0)
         write_picture(folder / f"lost_{number}.png", np.repeat(lost[..., None], 3, axis=2))
         names += [f"shown_{number}.png", f"lost_{number}.png"]
-    (folder / "report.json").write_text(json.dumps(figures, indent=1), "utf-8")
+    write_text(folder / "report.json", json.dumps(figures, indent=1))
     return [*names, "report.json"]

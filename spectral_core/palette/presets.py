@@ -20,6 +20,7 @@ from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import WHITE_XYZ, luminance_from_linear_rgb
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra.start_lights import sine_light
 
 Array = NDArray[np.float64]
 
@@ -88,13 +89,6 @@ def metamer_pair(
     )
     materials = (PaletteReflectance("reflectance 1"), PaletteReflectance("reflectance 2"))
     return PaletteProblem(grid, tuple(map(PaletteLight, lights)), materials, cells)
-
-
-def sine_light(period_nm: float, grid: SpectralGrid, *, luminance: float = 1.0) -> Illuminant:
-    """1 + sin(2π (λ − 400 nm) / period): the start from which the thesis designed its split lights."""
-    phase = 2 * np.pi * (grid.wavelengths_nm - 400.0) / period_nm
-    light = Illuminant(f"sine {period_nm:g} nm", grid, 1 + np.sin(phase), source="section 5.4.1")
-    return normalized(light, luminance=luminance)
 
 
 def split_light(

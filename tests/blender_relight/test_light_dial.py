@@ -186,3 +186,17 @@ def test_groups_of_blender_and_lamps_in_bands(stage, picture, f12):
     rendered = f12()
     assert bpy.data.objects["Key"].data.spectral.spectrum_name
     np.testing.assert_allclose(picture()[..., :3].mean(axis=(0, 1)), rendered[..., :3].mean(axis=(0, 1)), rtol=0.15)
+
+
+def test_a_path_of_a_foreign_file_is_not_overwritten_and_the_recording_is_kept(dial, picture, tmp_path):
+    victim = tmp_path / "thesis.txt"
+    victim.write_text("three years of work")
+    dial.filepath = str(victim)
+    with pytest.raises(RuntimeError, match="no transport file, so it is not replaced"):
+        bpy.ops.spectral.dial_record()
+    assert victim.read_text() == "three years of work"
+    bpy.ops.spectral.dial_show()
+    assert picture()[..., :3].any()
+    bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "elsewhere.exr"))
+    assert dial.filepath == str(tmp_path / "elsewhere.exr")
+    bpy.ops.spectral.dial_record()  # an earlier transport is replaced

@@ -94,8 +94,11 @@ def test_motors_follow_a_number_that_moved_otherwise(board, fader):
 
     sent = []
     link = mixing_board_live.session().links[0]
-    link.send = lambda control, position: sent.append((str(control), position))
     bind(board, ENERGY, "a", 0, 400)
+    bpy.ops.spectral.board_poll()
+    assert not link.has_motor(None)  # without an address for feedback nothing can be moved, and nothing is thought so
+    link.has_motor = lambda control: True
+    link.send = lambda control, position: sent.append((str(control), position))
     bpy.ops.spectral.board_poll()
     assert sent == [("osc:0:/fader/a", pytest.approx(0.5))]
     bpy.ops.spectral.board_poll()
@@ -116,7 +119,7 @@ def test_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
     path = tmp_path / "motion.json"
     bpy.ops.spectral.board_motion(filepath=str(path))
     assert set(Recording.load(path).targets) == {ENERGY, SIZE}
-    assert json.loads(path.read_text())["kind"] == "spectral-scene fader recording"
+    assert json.loads(path.read_text())["format"] == "spectral-scene fader recording"
     assert len(board.simultaneity.splitlines()) == 2
 
 

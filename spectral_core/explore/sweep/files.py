@@ -6,13 +6,13 @@ from __future__ import annotations
 import json
 import os
 import re
-import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.whole import whole_file
 
 MAX_JSON_BYTES = 256_000_000
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,120}")
@@ -23,18 +23,8 @@ def write_whole(path: Path, content: bytes | str, *, durable: bool = True) -> No
 
     ``durable``: also survive a power cut, which costs a wait for the disk.
     """
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
-    try:
-        with temporary.open("xb") as file:
-            file.write(data)
-            if durable:
-                file.flush()
-                os.fsync(file.fileno())
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    with whole_file(path, durable=durable) as unfinished:
+        unfinished.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
 
 
 def read_json(path: Path) -> Any:

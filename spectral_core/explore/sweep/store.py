@@ -259,7 +259,7 @@ def copy_portable(store: Store, target: Path) -> Path:
     """A copy of a store that another machine opens: everything but locks and temporary files."""
     target = cdb_folder(target)
     store.write_table()
-    left_here = shutil.ignore_patterns("lease", "*.tmp", "ledger.sqlite*", "driver.lock")
+    left_here = shutil.ignore_patterns("lease", ".spectral-unfinished-*", "ledger.sqlite*", "driver.lock")
     shutil.copytree(store.folder, target, ignore=left_here)
     store.ledger.copy_to(target / "ledger.sqlite")
     return target

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.exr import openexr, read_exr, write_exr
+from spectral_core.files.guarded import reading, require_shallow
 from spectral_core.palette.texture.basis import MOST_SPECTRA
 from spectral_core.palette.texture.reach import TEXTURE_GRID
 from spectral_core.palette.texture.texture import SpectralTexture
@@ -21,14 +22,6 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 ATTRIBUTE = "spectralTexture"
 VERSION = 1
-
-
-def _openexr() -> Any:
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise MissingDependencyError.package("OpenEXR", "an EXR file", "render") from error
-    return OpenEXR
 
 
 def write_texture(path: Path, texture: SpectralTexture) -> Path:
@@ -40,7 +33,7 @@ def write_texture(path: Path, texture: SpectralTexture) -> Path:
         raise InvalidInputError(
             f"a spectral texture is an EXR file; got the name {path.name!r}, give one ending in .exr"
         )
-    module = _openexr()
+    module = openexr()
     about = {
         "version": VERSION,
         "wavelengths_nm": TEXTURE_GRID.wavelengths_nm.tolist(),
@@ -57,7 +50,7 @@ def write_texture(path: Path, texture: SpectralTexture) -> Path:
     }
     channels = {f"weight.{k}": np.ascontiguousarray(plane) for k, plane in enumerate(texture.weights)}
     path.parent.mkdir(parents=True, exist_ok=True)
-    module.File(header, channels).write(str(path))
+    write_exr(path, module.File(header, channels))
     return path
 
 
@@ -66,17 +59,14 @@ def read_texture(path: Path) -> SpectralTexture:
 
     Raises FileFormatError where the file cannot be read, holds no spectral texture, or one that is not whole.
     """
-    module = _openexr()
-    try:
-        part = module.File(str(path), separate_channels=True).parts[0]
-        header, channels = part.header, part.channels
-    except Exception as error:  # OpenEXR raises errors of its own
-        raise FileFormatError(f"{path} cannot be read as an EXR file ({error})") from error
+    part = read_exr(path, "a spectral texture")[0]
+    header, channels = part.header, part.channels
     if ATTRIBUTE not in header:
         raise FileFormatError(
             f"{path} is an EXR file without the attribute {ATTRIBUTE!r}; expected a file of `spectral-scene texture`"
         )
-    try:
+    with reading(path, "a spectral texture"):
+        require_shallow(header[ATTRIBUTE], path)
         about = json.loads(header[ATTRIBUTE])
         names = [f"weight.{k}" for k in range(len(about["spectra"]))]
         if about["version"] != VERSION or not 1 <= len(names) <= MOST_SPECTRA:
@@ -92,7 +82,3 @@ def read_texture(path: Path) -> SpectralTexture:
             for light in about["lights"]
         )
         return SpectralTexture(weights, np.array(about["spectra"], dtype=np.float64), lights)
-    except FileFormatError:
-        raise
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise FileFormatError(f"{path}: its attribute {ATTRIBUTE!r} is damaged ({error})") from error

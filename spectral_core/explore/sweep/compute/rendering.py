@@ -73,10 +73,10 @@ class Relighter:
 
     def _record(self, scene: Scene) -> None:
         from spectral_core.render.relight.mix import LiveMix
-        from spectral_core.render.relight.storage import Storage
+        from spectral_core.render.relight.storage import MixtureStorage
         from spectral_core.render.relight.transport import record_transport
 
-        self._mix = LiveMix(record_transport(scene, Storage.dial(), one_per_light=True))
+        self._mix = LiveMix(record_transport(scene, MixtureStorage(), one_per_light=True))
 
 
 def with_unit_lights(scene: Scene) -> Scene:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One spectrum of a palette document: a catalogue name, a file, or samples."""
+"""The words that all documents share: wavelength grids, spectra and colors, to plain tables and back."""
 
 from __future__ import annotations
 
@@ -8,18 +8,54 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
-from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.palette.presets import sine_light
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.files import SpectrumKind, read_spectra
 from spectral_core.spectra.observer import normalized, xyz_from_spectrum
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.start_lights import sine_light
 
 SOURCES = ("catalogue", "file", "values", "sine_nm")
 LARGEST_GRID = 100_000
 """Steps of a grid past which a file is taken to be mistaken."""
+MOST_FILES, MOST_FILE_BYTES = 1000, 64 << 20
+"""Spectrum files that one document may name, and what they may hold together."""
+
+
+class SpectrumFiles:
+    """The spectrum files that one document names: each is read once, within a limit for all of them together."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._read: dict[tuple[Path, SpectrumKind], list[Spectrum]] = {}
+        self._bytes = 0
+
+    def spectra(self, name: str, kind: SpectrumKind) -> tuple[Path, list[Spectrum]]:
+        """The path that ``name`` stands for, and the spectra in that file. Raises FileFormatError."""
+        path = self._folder / name
+        if (path, kind) not in self._read:
+            found = read_spectra(path, kind=kind)
+            self._bytes += path.stat().st_size
+            if len(self._read) >= MOST_FILES or self._bytes > MOST_FILE_BYTES:
+                raise FileFormatError(
+                    f"{path}: the document names more than {MOST_FILES} spectrum files, or files of more than "
+                    f"{MOST_FILE_BYTES >> 20} MiB together; keep the spectra that it uses in one smaller file"
+                )
+            self._read[path, kind] = found
+        return path, self._read[path, kind]
+
+
+def decoded_color(given: list[float] | str) -> NDArray[np.float64]:
+    """Linear sRGB (3,) of ``[r, g, b]``, or of the ``#rrggbb`` that a screen is sent. Raises InvalidInputError."""
+    if not isinstance(given, str):
+        return frozen_array("color", given, (3,))
+    if not re.fullmatch("#[0-9a-fA-F]{6}", given):
+        raise InvalidInputError(f"color {given[:40]!r}; expected #rrggbb, or linear [r, g, b]")
+    return linear_from_display_rgb([int(given[at : at + 2], 16) / 255 for at in (1, 3, 5)])
 
 
 def encoded_grid(grid: SpectralGrid) -> dict[str, Any]:
@@ -43,7 +79,7 @@ def decoded_grid(table: dict[str, Any]) -> SpectralGrid:
     interpolation = table.get("interpolation", "linear")
     steps = [word for word in ("start_nm", "stop_nm", "step_nm") if word in table]
     if "wavelengths_nm" in table and not steps:
-        return SpectralGrid(np.array(table["wavelengths_nm"], dtype=np.float64), interpolation)
+        return SpectralGrid(frozen_array("wavelengths_nm", table["wavelengths_nm"], (None,)), interpolation)
     if len(steps) != 3 or "wavelengths_nm" in table:
         raise InvalidInputError(
             f"grid gives {', '.join(word for word in table if word != 'interpolation') or 'nothing'}; expected "
@@ -74,11 +110,21 @@ def encoded_spectrum(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any]:
 
 
 def decoded_spectrum(
-    table: dict[str, Any] | str, kind: SpectrumKind, grid: SpectralGrid, folder: Path
+    table: dict[str, Any] | str, kind: SpectrumKind, grid: SpectralGrid, files: SpectrumFiles
 ) -> Illuminant | Reflectance | Spectrum:
-    """The spectrum that a table or a catalogue name stands for; files are sought in ``folder``.
+    """The spectrum that a table or a catalogue name stands for.
 
-    Raises InvalidInputError, FileFormatError, UnknownNameError.
+    Parameters
+    ----------
+    table : a catalogue name, or a table that gives exactly one of ``SOURCES``.
+    kind : what it is, where its source leaves that open.
+    grid : wavelengths of samples that bring none.
+    files : where the spectrum files are that the document names.
+
+    Raises
+    ------
+    InvalidInputError
+        Also as FileFormatError or UnknownNameError.
     """
     if isinstance(table, str):
         table = {"catalogue": table}
@@ -92,7 +138,7 @@ def decoded_spectrum(
     elif given[0] == "sine_nm":
         return sine_light(float(table["sine_nm"]), grid, luminance=float(table.get("luminance", 1.0)))
     elif given[0] == "file":
-        spectrum = _from_file(table, kind, folder)
+        spectrum = _from_file(table, kind, files)
     else:
         spectrum = _from_samples(table, kind, grid)
     if "luminance" not in table:
@@ -110,9 +156,8 @@ def _from_catalogue(table: dict[str, Any], kind: SpectrumKind) -> Spectrum:
     return found
 
 
-def _from_file(table: dict[str, Any], kind: SpectrumKind, folder: Path) -> Spectrum:
-    path = folder / table["file"]
-    spectra = read_spectra(path, kind=kind)
+def _from_file(table: dict[str, Any], kind: SpectrumKind, files: SpectrumFiles) -> Spectrum:
+    path, spectra = files.spectra(table["file"], kind)
     wanted = table.get("name")
     if wanted is None:
         if len(spectra) > 1:
@@ -127,11 +172,13 @@ def _from_file(table: dict[str, Any], kind: SpectrumKind, folder: Path) -> Spect
 def _from_samples(table: dict[str, Any], kind: SpectrumKind, grid: SpectralGrid) -> Spectrum:
     own = grid
     if "wavelengths_nm" in table:
-        own = SpectralGrid(np.array(table["wavelengths_nm"], dtype=np.float64), table.get("interpolation", "linear"))
+        own = SpectralGrid(
+            frozen_array("wavelengths_nm", table["wavelengths_nm"], (None,)), table.get("interpolation", "linear")
+        )
     elif "interpolation" in table:
         own = SpectralGrid(grid.wavelengths_nm, table["interpolation"])
     made = {"illuminant": Illuminant, "reflectance": Reflectance, "spectrum": Spectrum}[kind]
-    values = np.array(table["values"], dtype=np.float64)
+    values = frozen_array("values", table["values"], (None,))
     return made(table.get("name", "unnamed"), own, values, source=table.get("source", ""))
 
 
