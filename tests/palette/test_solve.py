@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks import _palette_thesis_data as thesis
-from benchmarks.palette_robust import _metamer_cells, pairs_by_observer
+from benchmarks.palette_robust import metamer_cells, pairs_by_observer
 from spectral_core.palette import (
     Cell,
     PaletteLight,
@@ -172,7 +172,7 @@ def test_the_subspace_criterion_brings_both_ways_of_computing_together():
 
 
 def test_four_observers_see_the_redesigned_metamers_alike():
-    one_eye = replace(thesis.from_scratch(20, 0.01), cells=_metamer_cells())
+    one_eye = replace(thesis.from_scratch(20, 0.01), cells=metamer_cells())
     solution = solve_palette(replace(one_eye, observers=OBSERVER_NAMES), explain=False)
     assert max(pairs_by_observer(list(solution.reflectances), solution.illuminants[0], thesis.GRID).values()) < 4.2
     assert np.nanmax(solution.delta_e_2000) < 0.6
@@ -206,7 +206,7 @@ def test_the_worst_case_is_the_least_that_cvxpy_finds():
     )  # fmt: skip
     solution = solve_palette(problem, explain=False)
     assert solution.residuals["worst_case_left"] < 0.02
-    matrices = solution.state.kernel.matrices(solution.state.lights_at_points())
+    matrices = solution.state.light_matrices()
     rough = 0.1 * second_differences(thesis.GRID)
 
     def least(spectra: list, bounds: list) -> float:

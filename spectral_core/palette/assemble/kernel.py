@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From light and reflectance to color, for several observers at once: the bilinear map under every palette.
 
-The same integrals as ``spectral_core.spectra.observer.xyz_from_product``, arranged so that all lights or all
-reflectances are integrated in one matrix product; a test holds the two equal.
+The same integrals as ``spectral_core.spectra.observer``: exact for spectra that are linear between their knots. Where
+both factors are designed on the palette's grid, only neighboring samples meet, so that three diagonals hold the map.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import STANDARD, observer
+from spectral_core.spectra.observer import STANDARD, observer, xyz_from_product, xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -23,45 +23,78 @@ class ColorKernel:
     """Integrals over one grid for O observers, in linear sRGB.
 
     Further observers are scaled so that an equal-energy light has the same luminance for them as for the first one,
-    which makes their colors comparable; ``points_nm`` are the wavelengths of the sums, (m,).
+    which makes their colors comparable.
     """
 
     def __init__(self, grid: SpectralGrid, observers: tuple[str, ...]) -> None:
         self.grid = grid
         self.observers = observers
-        standard = observer(STANDARD)
-        if grid.interpolation == "sampled":
-            self.points_nm, step = grid.wavelengths_nm, grid.cell_widths_nm
-            self._at_points: Array | None = None
-        else:
-            self.points_nm, step = standard.wavelengths_nm, np.ones(standard.wavelengths_nm.size)
-            self._at_points = grid.values_from_knots(self.points_nm)
-        first = float(observer(observers[0]).cmfs[1].sum())
-        self.rgb_cmfs = np.stack([self._rgb_cmfs(name, first) * step for name in observers])
+        self._viewers = [observer(name) for name in observers]
+        first = float(self._viewers[0].cmfs[1].sum())
+        self._scales = [first / float(viewer.cmfs[1].sum()) for viewer in self._viewers]
+        self.bare = self.matrix_of(None)
+        """(O, 3, n): from a light on the grid to its own color."""
+        points, weights = _integration(grid)
+        hats = grid.values_from_knots(points)
+        stimuli = np.stack(
+            [
+                scale * RGB_FROM_XYZ @ _cmfs_at(name, points) * weights
+                for name, scale in zip(observers, self._scales, strict=True)
+            ]
+        )
+        self._own = stimuli @ hats**2  # (O, 3, n): a sample with itself
+        self._next = stimuli @ (hats[:, :-1] * hats[:, 1:])  # (O, 3, n - 1): a sample with the next one
 
-    def _rgb_cmfs(self, name: str, luminance: float) -> Array:
-        """Color matching functions (3, m) in linear sRGB at the points."""
-        viewer = observer(name)
-        cmfs = [np.interp(self.points_nm, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs]
-        return RGB_FROM_XYZ @ np.stack(cmfs) * (luminance / viewer.cmfs[1].sum())
+    def matrices(self, values: Array) -> Array:
+        """Color matrices (O, k, 3, n) of k factors (k, n) on the grid: color = matrix @ values of the other factor."""
+        known = values[None, :, None, :]
+        found = known * self._own[:, None]
+        found[..., 1:] += known[..., :-1] * self._next[:, None]
+        found[..., :-1] += known[..., 1:] * self._next[:, None]
+        return np.asarray(found)
 
-    def at_points(self, values: Array) -> Array:
-        """Spectra (k, n) of the grid at the points: (k, m)."""
-        return values if self._at_points is None else values @ self._at_points.T
+    def matrix_of(self, spectrum: Spectrum | None) -> Array:
+        """Color matrix (O, 3, n) of a factor on any grid of its own; None: 1 at every wavelength."""
+        return np.stack(
+            [
+                scale * RGB_FROM_XYZ @ xyz_from_product(spectrum, self.grid, viewer)
+                for viewer, scale in zip(self._viewers, self._scales, strict=True)
+            ]
+        )
 
-    def spectrum_at_points(self, spectrum: Spectrum) -> Array:
-        """Any spectrum, on its own grid, at the points: (m,)."""
-        return spectrum.at(self.points_nm)
+    def color_of(self, light: Spectrum, surface: Spectrum | None = None) -> Array:
+        """Linear RGB (O, 3) of a light, or of a surface under it, each on any grid."""
+        if self.grid.interpolation == "sampled":
+            shown = self.matrix_of(light)
+            knots = self.grid.wavelengths_nm
+            return shown @ (np.ones(self.grid.size) if surface is None else surface.at(knots))
+        return np.stack(
+            [
+                scale * RGB_FROM_XYZ @ xyz_of(light, surface, viewer)
+                for viewer, scale in zip(self._viewers, self._scales, strict=True)
+            ]
+        )
 
-    def matrices(self, known_at_points: Array) -> Array:
-        """Color matrices (O, k, 3, n) of k known factors (k, m): color = matrix @ values of the unknown factor."""
-        weighted = known_at_points[None, :, None, :] * self.rgb_cmfs[:, None, :, :]
-        return weighted if self._at_points is None else weighted @ self._at_points
 
-    def colors(self, reflectances_at_points: Array, lights_at_points: Array) -> Array:
-        """Linear RGB (O, R, L, 3) of R reflectances (R, m) under L lights (L, m)."""
-        stimuli = lights_at_points[None, :, None, :] * self.rgb_cmfs[:, None, :, :]
-        return np.moveaxis(stimuli @ reflectances_at_points.T, 3, 1)
+def _cmfs_at(name: str, points: Array) -> Array:
+    viewer = observer(name)
+    return np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
+
+
+def _integration(grid: SpectralGrid) -> tuple[Array, Array]:
+    """Wavelengths and weights that integrate two hat functions of the grid times a color matching function."""
+    knots = grid.wavelengths_nm
+    if grid.interpolation == "sampled":
+        return knots, grid.cell_widths_nm
+    table = observer(STANDARD).wavelengths_nm
+    union = np.union1d(knots, table)
+    union = union[(union >= max(knots[0], table[0])) & (union <= min(knots[-1], table[-1]))]
+    if union.size < 2:
+        return knots[:1], np.zeros(1)
+    # Between two knots the product is a cubic, which two Gauss-Legendre points integrate exactly.
+    middle, half = (union[1:] + union[:-1]) / 2, np.diff(union) / 2
+    points = np.stack([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)], axis=1).ravel()
+    return points, np.repeat(half, 2)
 
 
 @lru_cache(maxsize=16)
