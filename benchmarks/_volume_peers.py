@@ -13,7 +13,8 @@ import numpy as np
 
 from benchmarks._volumes import colors_of
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.renderer import VolumeImage, VolumeRenderer
+from spectral_core.volume.image import VolumeImage
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -29,8 +30,8 @@ def transmittance_only(
     exact: np.ndarray, renderer: VolumeRenderer, transfer: TransferFunction, view: View
 ) -> np.ndarray:
     """volpath knows no emission: it is held against the transmittance before a white wall."""
+    from spectral_core.volume.image import Stepping
     from spectral_core.volume.march.march_input import REFERENCE
-    from spectral_core.volume.renderer import Stepping
 
     fine = renderer.render(view, transfer, Stepping("error", "preintegrated", 0.1), limits=REFERENCE)
     return fine.transmittance.astype(np.float64)

@@ -13,9 +13,10 @@ import numpy as np
 
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE
-from spectral_core.volume.plan import Pilot, snr_db
-from spectral_core.volume.renderer import Stepping, VolumeRenderer, palette_matrix
+from spectral_core.volume.pilot import Pilot, snr_db
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View

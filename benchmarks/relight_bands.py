@@ -18,8 +18,8 @@ from benchmarks import Options
 from benchmarks._relight_scenes import scenes
 from benchmarks.relight_speed import _filled
 from spectral_core.render import render_scene
+from spectral_core.render.relight.band_storage import BAND_COUNTS, BAND_ERRORS, BandStorage
 from spectral_core.render.relight.mix import LiveMix, relight
-from spectral_core.render.relight.storage import BAND_COUNTS, BAND_ERRORS, Storage
 from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport, under_lights
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.spectra import catalogue
@@ -78,7 +78,7 @@ def _surfaces(count: int) -> dict[str, Array]:
 
 def _errors(count: int, lamp: Spectrum, surfaces: dict[str, Array]) -> dict[str, Array]:
     """ΔE2000 of each path's color, its white being as bright as the lamp."""
-    storage, light = Storage.bands(count), normalized(Illuminant(lamp.name, lamp.grid, lamp.values))
+    storage, light = BandStorage(count), normalized(Illuminant(lamp.name, lamp.grid, lamp.values))
     measured = storage.measured()
     assert measured is not None
     rgb_from_channels, cmfs = storage.rgb_from_channels(light), observer(STANDARD).cmfs
@@ -117,7 +117,7 @@ def _any_laser(count: int, surfaces: dict[str, Array], step: int) -> float:
 def _times(count: int, quick: bool) -> dict[str, float]:
     """New spectrum to pixels, 3 lights."""
     width, height = (192, 108) if quick else (1920, 1080)
-    live = LiveMix(_filled(Storage.bands(count), width, height, np.random.default_rng(0)))
+    live = LiveMix(_filled(BandStorage(count), width, height, np.random.default_rng(0)))
     for group in live.transport.groups:
         live.set_light(group, catalogue.illuminant("D65"))
     times = []
@@ -137,7 +137,7 @@ def _rendered(count: int, quick: bool) -> float:
         "Fill": catalogue.illuminant("FL11"),
         "Sky": catalogue.illuminant("A"),
     }
-    relit = relight(record_transport(scene, Storage.bands(count)), lights=spectra)
+    relit = relight(record_transport(scene, BandStorage(count)), lights=spectra)
     spectral = replace(scene, settings=replace(scene.settings, transport="spectral"))
     rendered = render_scene(under_lights(spectral, spectra), sampling_lights=SAMPLING_LIGHTS).pixels
     scale = 0.5 / rendered[..., 1].mean()

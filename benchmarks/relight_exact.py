@@ -11,8 +11,9 @@ import numpy as np
 from benchmarks import Options
 from benchmarks._relight_scenes import scenes
 from spectral_core.render import render_scene
+from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.mix import relight
-from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.storage import MixtureStorage
 from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport, under_lights
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import SpectralGrid
@@ -25,7 +26,7 @@ def run(options: Options) -> dict[str, Any]:
     """Largest difference of any pixel over the largest value of the re-render."""
     figures: dict[str, Any] = {}
     for name, scene in scenes(*((24, 18) if options.quick else (96, 72)), 16).items():
-        dial = relight(record_transport(scene, Storage.dial()), mix={"Key": 0.3, "Sky": 2.0})
+        dial = relight(record_transport(scene, MixtureStorage()), mix={"Key": 0.3, "Sky": 2.0})
         key, fill = scene.lights
         dimmed = replace(
             scene,
@@ -33,7 +34,7 @@ def run(options: Options) -> dict[str, Any]:
             world=replace(scene.world, strength=2 * scene.world.strength),
         )
         spectra = {group: catalogue.illuminant(lamp).resampled(GRID) for group, lamp in LAMPS.items()}
-        exact = relight(record_transport(scene, Storage.exact(GRID)), lights=spectra)
+        exact = relight(record_transport(scene, ExactStorage(GRID)), lights=spectra)
         spectral = replace(scene, settings=replace(scene.settings, transport="spectral"))
         rendered = render_scene(under_lights(spectral, spectra), sampling_lights=SAMPLING_LIGHTS).pixels
         figures[name] = {"dial": _error(dial, render_scene(dimmed).pixels), "exact": _error(exact, rendered)}

@@ -12,8 +12,10 @@ from typing import Any
 from benchmarks import Options
 from benchmarks._relight_scenes import scenes
 from spectral_core.errors import InvalidInputError
+from spectral_core.render.relight.band_storage import BandStorage
+from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.memory import available_bytes, peak_bytes, require_memory, stated_peak
-from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.storage import MixtureStorage, Storage
 from spectral_core.scene import Scene
 from spectral_core.spectra.spectrum import SpectralGrid
 
@@ -23,8 +25,8 @@ FOUR_K = (3840, 2160)
 
 def storages() -> dict[str, Storage]:
     """By the names that the command line uses."""
-    bands = {f"bands{count}": Storage.bands(count) for count in (31, 61, 121)}
-    return {"dial": Storage.dial(), **bands, "exact": Storage.exact(SpectralGrid.uniform(380, 780, 10))}
+    bands = {f"bands{count}": BandStorage(count) for count in (31, 61, 121)}
+    return {"dial": MixtureStorage(), **bands, "exact": ExactStorage(SpectralGrid.uniform(380, 780, 10))}
 
 
 def run(options: Options) -> dict[str, Any]:

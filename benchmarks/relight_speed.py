@@ -14,8 +14,9 @@ import numpy as np
 from benchmarks import Options
 from benchmarks._relight_scenes import scenes
 from spectral_core.render import render_scene
+from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.mix import LiveMix
-from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.storage import MixtureStorage, Storage
 from spectral_core.render.relight.transport import Transport
 from spectral_core.spectra import catalogue
 
@@ -27,10 +28,10 @@ def run(options: Options) -> dict[str, Any]:
     width, height = (192, 108) if options.quick else (1920, 1080)
     figures: dict[str, Any] = {"width": width, "height": height, "lights": 3, "samples": SAMPLES}
     rng = np.random.default_rng(0)
-    dial = LiveMix(_filled(Storage.dial(), width, height, rng))
+    dial = LiveMix(_filled(MixtureStorage(), width, height, rng))
     mixes = cycle(rng.uniform(0, 1, (100, 3)))
     figures["dial_ms"] = _median_ms(lambda: dial.picture(next(mixes)))
-    bands = LiveMix(_filled(Storage.bands(31), width, height, rng))
+    bands = LiveMix(_filled(BandStorage(31), width, height, rng))
     for group in bands.transport.groups:
         bands.set_light(group, catalogue.illuminant("D65"))
     lamps = cycle([catalogue.illuminant(name) for name in ("HP1", "D65", "FL11", "A")])

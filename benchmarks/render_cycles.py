@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+from spectral_core.spectra.color import luminance_from_linear_rgb
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -80,7 +79,7 @@ def _luminance(engine: str, seed: int) -> NDArray[np.float64]:
         image = bpy.data.images.load(scene.render.filepath, check_existing=False)
         pixels = np.array(image.pixels[:]).reshape(*reversed(image.size[:]), 4)
         bpy.data.images.remove(image)
-    return pixels[..., :3] @ LUMINANCE
+    return luminance_from_linear_rgb(pixels[..., :3])
 
 
 def _empty_scene(samples: int, size: int) -> None:

@@ -14,9 +14,10 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._volumes import Curve, all_volumes, reference
+from spectral_core.volume.image import Stepping
 from spectral_core.volume.plan import plan
 from spectral_core.volume.presets import preset
-from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
 FUNCTIONS = ("wide", "narrow", "opaque")

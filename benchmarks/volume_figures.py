@@ -20,10 +20,12 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.presets import design_grid, sine_light
 from spectral_core.spectra.color import WHITE_XYZ
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping, VolumeImage, combine
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
-from spectral_core.volume.plan import plan, snr_db
+from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.plan import plan
 from spectral_core.volume.presets import preset
-from spectral_core.volume.renderer import Stepping, VolumeImage, VolumeRenderer, combine
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View

@@ -16,9 +16,10 @@ import numpy as np
 from benchmarks import Options
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.oracle import march_oracle
 from spectral_core.volume.plan import plan
-from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
 

@@ -17,7 +17,8 @@ from benchmarks import Options
 from benchmarks._volume_peers import PEERS, Peer
 from benchmarks._volumes import all_volumes, reference
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.plan import plan, snr_db
+from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View

@@ -17,9 +17,9 @@ from benchmarks import Options
 from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.spectra import catalogue
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import combine
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 from spectral_core.volume.presets import preset
-from spectral_core.volume.renderer import combine
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View

@@ -13,9 +13,10 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._volumes import all_volumes, colors_of, reference, shared_data
-from spectral_core.volume.plan import snr_db
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.pilot import snr_db
 from spectral_core.volume.presets import preset
-from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
 RULES = ("uniform", "thesis", "error")

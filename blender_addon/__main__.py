@@ -1,8 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """``python -m blender_addon`` is ``spectral-scene``, for places where no script is installed."""
 
+import os
 import sys
 
-from .commands import main
+# `python -m` puts the current folder first on the module path; a json.py that lies there is not to be executed.
+# What the interpreter imports before this line it imports so: `python -P -m` is free of that, and `spectral-scene`.
+_here = os.path.realpath(os.curdir)
+sys.path[:] = [entry for entry in sys.path if entry and os.path.realpath(entry) != _here]
+sys.path.append(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))  # noqa: PTH120
+
+from .commands import main  # noqa: E402
 
 sys.exit(main())

@@ -21,7 +21,7 @@ def frozen_array(
     """
     try:
         array = np.array(values, dtype=dtype, order="C", copy=True)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:  # OverflowError: an integer beyond what a float holds
         raise InvalidInputError(f"{name} must be numbers of type {np.dtype(dtype)}; {error}") from error
     if shape is not None and not _fits(array.shape, shape):
         expected = "×".join("any" if length is None else str(length) for length in shape) or "a single number"
@@ -47,7 +47,10 @@ def require_finite(name: str, array: NDArray[Any]) -> None:
 
 def require_range(name: str, value: float, low: float, high: float, unit: str = "") -> float:
     """``value`` as float when low <= value <= high; else InvalidInputError."""
-    number = float(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidInputError(f"{name} is {str(value)[:40]}{unit}; expected a number ({error})") from error
     if not low <= number <= high:  # also catches NaN
         raise InvalidInputError(f"{name} is {value}{unit}; expected a value from {low}{unit} to {high}{unit}")
     return number

@@ -8,6 +8,7 @@
     │   ├── GridMismatchError                 two spectra on different wavelength grids
     │   ├── UnknownNameError                  a name that no catalogue holds; says which are near
     │   └── FileFormatError                   a file that is cut, edited or of another kind
+    ├── FileWriteError                        a file could not be written; what was there before is untouched
     ├── MissingDependencyError                an optional package or library; says how to get it
     ├── SolveError                            a solver's answer that failed its check and had no fallback
     └── RenderError                           the renderer stopped
@@ -49,6 +50,10 @@ class UnknownNameError(InvalidInputError):
 
 class FileFormatError(InvalidInputError):
     """A file cannot be read as what it was taken for."""
+
+
+class FileWriteError(SpectralError):
+    """A file could not be written; the one that was there before is untouched."""
 
 
 class MissingDependencyError(SpectralError):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
+from spectral_core.files.whole import whole_file
 
 from . import _blend
 
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         scene = _blend.open_scene(arguments)
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, scene, frame, out) for frame in frames]
-    report = {
+    report: dict[str, Any] = {
         "files": [entry["file"] for entry in written],
         "frames": written,
         "colors": _colors(scene, out, arguments.bands),
@@ -95,7 +96,8 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
             raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
         result = _finished(jobs.records, frame)
         if arguments.bands is None:
-            shutil.move(plain, path)
+            with whole_file(path) as unfinished:
+                shutil.copyfile(plain, unfinished)
         else:
             from spectral_core.render.spectral_exr import write_spectral_exr
 

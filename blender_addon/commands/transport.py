@@ -15,6 +15,7 @@ from . import _blend
 from .plan import translated_scene
 
 KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
+"""As ``relight.storages`` names them; a literal, so that a command's help imports no renderer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
     from spectral_core.render.relight.memory import peak_bytes, stated_peak
+    from spectral_core.render.relight.storages import storage_named
     from spectral_core.render.relight.transport import light_groups, one_group_per_light, record_transport
     from spectral_core.render.relight.transport_file import write_transport
 
@@ -45,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     with _blend.chatter_to_stderr():
         _blend.open_scene(arguments)
         scene = translated_scene(arguments)
-    storage = _storage(arguments.storage)
+    storage = storage_named(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
     names = light_groups(grouped)
     stated = stated_peak(storage, *scene.film.size, len(names))
@@ -69,14 +71,3 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(report))
     return 0
-
-
-def _storage(kind: str):
-    from spectral_core.render.relight.storage import Storage
-    from spectral_core.spectra.spectrum import SpectralGrid
-
-    if kind == "dial":
-        return Storage.dial()
-    if kind == "exact":
-        return Storage.exact(SpectralGrid.uniform(380, 780, 10))
-    return Storage.bands(int(kind.removeprefix("bands")))

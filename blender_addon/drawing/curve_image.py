@@ -100,7 +100,9 @@ def rounded_alpha(size: int, radius: float) -> NDArray[np.float64]:
     return np.clip(radius - outside + 0.5, 0, 1)
 
 
-def _blended(picture: NDArray[np.float64], color: NDArray[np.float64], coverage: NDArray[np.float64]):
+def _blended(
+    picture: NDArray[np.float64], color: NDArray[np.float64], coverage: NDArray[np.float64]
+) -> NDArray[np.float64]:
     return picture + (color - picture) * coverage[..., None]
 
 

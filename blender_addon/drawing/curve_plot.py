@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .curve_image import SPAN_NM
 
@@ -25,12 +25,12 @@ class Plot:
     low: float = 0.0
     high: float = 1.0
 
-    def across(self, wavelengths_nm: Array) -> Array:
+    def across(self, wavelengths_nm: ArrayLike) -> Array:
         """Pixels along x of wavelengths."""
         first, last = SPAN_NM
         return self.x + self.width * (np.asarray(wavelengths_nm, dtype=np.float64) - first) / (last - first)
 
-    def up(self, values: Array) -> Array:
+    def up(self, values: ArrayLike) -> Array:
         """Pixels along y of values."""
         return self.y + self.height * (np.asarray(values, dtype=np.float64) - self.low) / (self.high - self.low)
 

@@ -4,12 +4,16 @@
 Panels have no custom widgets, but an icon may be any picture; so a curve in a panel is an icon.
 """
 
+from collections.abc import Callable
+
 import bpy
 import bpy.utils.previews
 import numpy as np
+from bpy.types import PropertyGroup
+from numpy.typing import ArrayLike
 
-from ..properties.spectrum import kind_in, stored_samples
-from .curve_image import curve_picture, swatch_picture
+from ..translate.spectra.stored import kind_in, stored_samples
+from .curve_image import Picture, curve_picture, swatch_picture
 
 KEPT = 512
 """More than a 15 × 15 table shows; a drag of a slider makes a few dozen per solve."""
@@ -17,7 +21,7 @@ KEPT = 512
 _previews = None
 
 
-def _icon(key: str, make) -> int:
+def _icon(key: str, make: Callable[[], Picture]) -> int:
     """Icon number of the picture that ``make()`` gives, made only if it is not kept."""
     if _previews is None:
         return 0
@@ -32,7 +36,7 @@ def _icon(key: str, make) -> int:
     return found.icon_id
 
 
-def curve_icon(spectral, size: int = 128) -> int:
+def curve_icon(spectral: PropertyGroup, size: int = 128) -> int:
     """Icon of the curve of a stored spectrum; 0 (no icon) where nothing is stored."""
     wavelengths, values = stored_samples(spectral)
     if not wavelengths.size:
@@ -42,7 +46,7 @@ def curve_icon(spectral, size: int = 128) -> int:
     return _icon(key, lambda: curve_picture(wavelengths, values, kind, size))
 
 
-def swatch_icon(display_rgb) -> int:
+def swatch_icon(display_rgb: ArrayLike) -> int:
     """Icon of one color, sRGB (3,)."""
     shown = np.round(np.clip(np.asarray(display_rgb, dtype=np.float64), 0, 1) * 255)
     return _icon("swatch " + " ".join(f"{channel:.0f}" for channel in shown), lambda: swatch_picture(shown / 255))

@@ -4,15 +4,23 @@
 Only this module uses the graphics card, only while Blender draws, and the geometry comes from ``curve_plot``.
 """
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 
-from ..properties.spectrum import stored_samples
+from ..translate.spectra.stored import stored_samples
 from .curve_image import value_range
-from .curve_plot import Plot, side_by_side
+from .curve_plot import Array, Plot, side_by_side
 
 MARGIN = 16.0
 FONT = 0
+Color = tuple[float, ...]
+"""Red, green, blue and alpha."""
+Samples = tuple[Array, Array]
+"""Wavelengths and values of a stored spectrum."""
+Curve = tuple[str, Array, Array]
+"""Name, wavelengths and values."""
 BACKGROUND = (0.08, 0.08, 0.09, 0.82)
 TICK = (1.0, 1.0, 1.0, 0.14)
 TEXT = (1.0, 1.0, 1.0, 0.75)
@@ -50,7 +58,7 @@ def draw() -> None:
     gpu.state.blend_set("NONE")
 
 
-def _range(known, kind: str) -> tuple[float, float]:
+def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
     values = [each for _, each in known if each.size]
     low, high = value_range(np.concatenate(values) if values else np.zeros(1), kind)
     return low, high + 0.05 * (high - low)
@@ -62,7 +70,7 @@ def line_color(number: int) -> tuple[float, float, float, float]:
     return (*DISTINCT_COLORS[number % len(DISTINCT_COLORS)], 1.0)
 
 
-def _draw_plot(plot: Plot, curves, active: int, scale: float) -> None:
+def _draw_plot(plot: Plot, curves: Sequence[Curve], active: int, scale: float) -> None:
     import blf
 
     draw_triangles(plot.corners(), BACKGROUND)
@@ -83,7 +91,7 @@ def _draw_plot(plot: Plot, curves, active: int, scale: float) -> None:
             break
 
 
-def write(text: str, x: float, y: float, color) -> None:
+def write(text: str, x: float, y: float, color: Color) -> None:
     """Text with its lower left corner at a pixel, in the size that ``blf`` has now."""
     import blf
 
@@ -92,7 +100,7 @@ def write(text: str, x: float, y: float, color) -> None:
     blf.draw(FONT, text)
 
 
-def draw_triangles(points, color) -> None:
+def draw_triangles(points: Array, color: Color) -> None:
     """Triangles (3n, 2) in pixels, of one color."""
     import gpu
     from gpu_extras.batch import batch_for_shader
@@ -103,7 +111,7 @@ def draw_triangles(points, color) -> None:
     batch_for_shader(shader, "TRIS", {"pos": points.astype(np.float32)}).draw(shader)
 
 
-def draw_line(points, color, width: float) -> None:
+def draw_line(points: Array, color: Color, width: float) -> None:
     """Line through points (n, 2) in pixels."""
     import gpu
     from gpu_extras.batch import batch_for_shader

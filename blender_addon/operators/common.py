@@ -2,17 +2,23 @@
 """What the operators of this extension share."""
 
 import functools
+from collections.abc import Callable
+from typing import Any
+
+from bpy.types import Context, Operator, PropertyGroup
 
 from spectral_core.errors import SpectralError
 
+Execute = Callable[[Any, Context], set[str] | None]
+"""``execute`` of an operator; None where it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
 
 
-def reporting(execute):
+def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
     """An error that this project raises on purpose becomes one line for the artist, and the operator is cancelled."""
 
     @functools.wraps(execute)
-    def reported(self, context):
+    def reported(self: Operator, context: Context) -> set[str]:
         try:
             return execute(self, context) or {"FINISHED"}
         except (SpectralError, OSError) as error:
@@ -22,7 +28,7 @@ def reporting(execute):
     return reported
 
 
-def palette_in(context):
+def palette_in(context: Context) -> PropertyGroup:
     """The palette of the scene that is being looked at."""
     return context.scene.spectral.palette
 

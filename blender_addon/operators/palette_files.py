@@ -4,14 +4,18 @@
 from pathlib import Path
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.types import Context
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import live, palette_load, palette_solve
-from ..properties.palette_problem import palette_problem
-from ..properties.spectrum import spectrum_of
+from ..editing.palette import live
+from ..editing.palette import solve as palette_solve
+from ..translate.palette import load as palette_load
+from ..translate.palette.problem import palette_problem
+from ..translate.spectra.stored import carried_spectrum
 from .common import UNDOABLE, palette_in, reporting
 
 
@@ -25,7 +29,7 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette.files import read_palette
 
         palette = palette_in(context)
@@ -34,7 +38,7 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
             self.report({"WARNING"}, note)
         if palette_solve.solve_scene(context.scene) is None:
             self.report({"WARNING"}, palette.message)
-        live.redraw()
+        live.show()
 
 
 class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
@@ -47,7 +51,7 @@ class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
     check_extension = None
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette.files import write_palette
 
         write_palette(self.filepath, palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}")
@@ -70,13 +74,13 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
     file_format: EnumProperty(name="Format", items=FORMATS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.spectra.files import write_spectra
 
         palette = palette_in(context)
-        spectra = [spectrum_of(entry, "result") for entry in (*palette.lights, *palette.materials)]
-        if None in spectra or not spectra:
+        if not palette.status:
             raise InvalidInputError("the palette is not solved yet; press Solve first")
+        spectra = [carried_spectrum(entry, "result") for entry in (*palette.lights, *palette.materials)]
         path = Path(self.filepath).with_suffix(f".{self.file_format}")
         if self.file_format == "csv":
             write_spectra(path, spectra)
@@ -100,14 +104,14 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette.files import Swatch, write_swatches
 
         palette = palette_in(context)
         if not palette.status:
             raise InvalidInputError("the palette is not solved yet; press Solve first")
         swatches = [
-            Swatch(material.name, tuple(material.cells[column].actual_linear), light.name)
+            Swatch(material.name, np.array(material.cells[column].actual_linear), light.name)
             for column, light in enumerate(palette.lights)
             for material in palette.materials
         ]

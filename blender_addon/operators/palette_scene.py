@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A palette that begins with the lights and materials that the scene has."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import bpy
+from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import display_rgb_from_linear
 
-from ..properties import live, palette_solve
-from ..properties import palette_table as table
-from ..properties.spectrum import spectrum_of, store_spectrum
+from ..editing.palette import live
+from ..editing.palette import solve as palette_solve
+from ..translate.palette import table
+from ..translate.spectra.stored import carried_spectrum, store_spectrum
 from .common import UNDOABLE, palette_in, reporting
 
 MOST = 15
@@ -27,7 +32,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         objects = context.view_layer.objects
         lights = _unique(thing.data for thing in objects if thing.type == "LIGHT")
         materials = _unique(slot.material for thing in objects for slot in thing.material_slots)
@@ -37,7 +42,7 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
             )
         palette = palette_in(context)
         table.clear(palette)
-        with live.paused():
+        with table.paused():
             for lamp in lights[:MOST]:
                 _add_light(palette, lamp)
             for material in materials[:MOST]:
@@ -47,36 +52,36 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
             self.report({"WARNING"}, f"{left} lights or materials are left out; the table holds {MOST} of each")
         if palette_solve.solve_scene(context.scene) is None:
             raise InvalidInputError(palette.message)
-        live.redraw()
+        live.show()
 
 
-def _unique(found) -> list:
+def _unique(found: Iterable[Any]) -> list[Any]:
     return list(dict.fromkeys(each for each in found if each is not None))
 
 
-def _add_light(palette, lamp) -> None:
+def _add_light(palette: PropertyGroup, lamp: PropertyGroup) -> None:
     """Measured, with the spectrum that the light has, daylight where it has none."""
     column = table.add_light(palette, lamp.name)
     column.light = lamp
     if lamp.spectral.source == "CATALOGUE":
         column.spectral.catalogue_name = lamp.spectral.catalogue_name
     elif lamp.spectral.source != "NONE":
-        store_spectrum(column.spectral, spectrum_of(lamp))
+        store_spectrum(column.spectral, carried_spectrum(lamp))
 
 
-def _add_material(palette, material) -> None:
+def _add_material(palette: PropertyGroup, material: PropertyGroup) -> None:
     """Measured where the material has a measured spectrum, else to be designed."""
     row = table.add_material(palette, material.name)
     row.material = material
     if material.spectral.source in ("CATALOGUE", "FILE"):
         row.design = "MEASURED"
-        store_spectrum(row.spectral, spectrum_of(material))
+        store_spectrum(row.spectral, carried_spectrum(material))
         return
     row.cells[0].mode = "FIXED"
     row.cells[0].target = display_rgb_from_linear(main_color(material))
 
 
-def main_color(material) -> tuple[float, float, float]:
+def main_color(material: PropertyGroup) -> tuple[float, float, float]:
     """Linear RGB of the first color socket of a material's surface, of its viewport color where there is none."""
     tree = material.node_tree
     for node in tree.nodes if tree is not None else ():

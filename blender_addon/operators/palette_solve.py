@@ -3,13 +3,16 @@
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
+from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.spectra.observer import xyz_of
+from spectral_core.palette import PaletteSolution
 
-from ..properties import live, palette_load, palette_solve
-from ..properties import palette_table as table
-from ..properties.spectrum import kind_of, spectrum_of, store_spectrum
+from ..editing.palette import live
+from ..editing.palette import solve as palette_solve
+from ..translate.palette import load as palette_load
+from ..translate.palette import table
+from ..translate.palette.apply import store_result
 from .common import UNDOABLE, palette_in, reporting
 
 PRESETS = [
@@ -33,7 +36,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
     preset: EnumProperty(name="Preset", items=PRESETS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.palette import presets
 
         problem = getattr(presets, self.preset.lower())()
@@ -42,7 +45,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
         _solve(context)
 
 
-def _rename_for_artists(palette) -> None:
+def _rename_for_artists(palette: PropertyGroup) -> None:
     """Short names that fit a narrow table; the library names spectra by how they were made."""
     for number, light in enumerate(palette.lights, 1):
         light.name = f"Light {number}" if light.name.startswith("sine") else LAMP_NAMES.get(light.name, light.name)
@@ -59,15 +62,15 @@ class SPECTRAL_OT_palette_clear(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         table.clear(palette_in(context))
 
 
-def _solve(context):
+def _solve(context: Context) -> PaletteSolution:
     solution = palette_solve.solve_scene(context.scene)
     if solution is None:
         raise InvalidInputError(palette_in(context).message)
-    live.redraw()
+    live.show()
     return solution
 
 
@@ -79,7 +82,7 @@ class SPECTRAL_OT_palette_solve(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         solution = _solve(context)
         if not solution.status.trusted:
             self.report({"WARNING"}, solution.remedy)
@@ -96,7 +99,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
     )
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         if palette.is_stale and palette.live:
             palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
@@ -112,7 +115,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
         self.report({"INFO"}, f"{count} spectra applied")
 
 
-def _require_appliable(palette) -> None:
+def _require_appliable(palette: PropertyGroup) -> None:
     if not palette.status:
         raise InvalidInputError("the palette is not solved yet; press Solve first")
     if palette.is_stale:
@@ -123,36 +126,24 @@ def _require_appliable(palette) -> None:
         raise SolveError(f"the solution cannot be relied on and is not applied: {palette.remedy}")
 
 
-def _create_materials(palette) -> None:
+def _create_materials(palette: PropertyGroup) -> None:
     for row in palette.materials:
         if row.material is None:
             row.material = bpy.data.materials.new(row.name)
 
 
-def _apply_light(light) -> int:
+def _apply_light(light: PropertyGroup) -> int:
     targets = [target for target in (light.light, light.world) if target is not None]
     for target in targets:
         store_result(target, light)
     return len(targets)
 
 
-def _apply_material(row) -> int:
+def _apply_material(row: PropertyGroup) -> int:
     if row.material is None:
         return 0
     store_result(row.material, row)
     return 1
-
-
-def store_result(target, entry) -> None:
-    """Give ``target`` the solved spectrum of a row or column; a light also the brightness that the design gives it.
-
-    Raises InvalidInputError where the palette is not solved.
-    """
-    spectrum = spectrum_of(entry, "result")
-    if spectrum is None:
-        raise InvalidInputError(f"{entry.name!r} has no designed spectrum yet; solve the palette first")
-    luminous = kind_of(entry) == "illuminant"
-    store_spectrum(target.spectral, spectrum, strength=float(xyz_of(spectrum)[1]) if luminous else 1.0)
 
 
 class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
@@ -165,12 +156,12 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     column: IntProperty(min=0)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         cells = dict(table.places(palette))
         if (self.row, self.column) not in cells:
             raise InvalidInputError(f"there is no cell in row {self.row}, column {self.column}")
-        with live.paused():
+        with table.paused():
             cells[self.row, self.column].mode = "IGNORE"
         _solve(context)
 

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rows, columns and cells of the palette."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
+from bpy.types import ID, Context, PropertyGroup, bpy_prop_collection
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import live
-from ..properties import palette_table as table
+from ..editing.palette import live
+from ..properties.palette_cell import WISH
+from ..translate.palette import table
 from .common import UNDOABLE, palette_in, reporting, require_index
 
 SIDES = [("LIGHT", "Light", "A column", 0), ("MATERIAL", "Material", "A row", 1)]
@@ -28,7 +32,7 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
     name: StringProperty(name="Name", description="Empty for the selected object's light or material, or a number")
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         picked = _picked(context, self.side)
         if self.side == "LIGHT":
@@ -42,7 +46,7 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
         live.edited(palette)
 
 
-def _picked(context, side: str):
+def _picked(context: Context, side: str) -> ID | None:
     """Light or material of the active object, unless the palette has it already."""
     palette, active = palette_in(context), context.object
     if active is None:
@@ -64,7 +68,7 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
     index: IntProperty(name="Index", default=-1, min=-1, description="Which one, from 0; -1 for the selected one")
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         entries, active, remove = _side(palette, self.side)
         index = require_index(self.side.lower(), active if self.index < 0 else self.index, len(entries))
@@ -72,7 +76,7 @@ class SPECTRAL_OT_palette_remove(bpy.types.Operator):
         live.edited(palette)
 
 
-def _side(palette, side: str):
+def _side(palette: PropertyGroup, side: str) -> tuple[bpy_prop_collection, int, Callable[[PropertyGroup, int], None]]:
     if side == "LIGHT":
         return palette.lights, palette.active_column, table.remove_light
     return palette.materials, palette.active_row, table.remove_material
@@ -88,7 +92,7 @@ class SPECTRAL_OT_palette_move(bpy.types.Operator):
     direction: EnumProperty(name="Direction", items=DIRECTIONS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> set[str]:
         palette = palette_in(context)
         entries, active, _ = _side(palette, self.side)
         to = active + (1 if self.direction == "FORTH" else -1)
@@ -114,7 +118,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
     column: IntProperty(min=-1, default=-1)
 
     @classmethod
-    def description(cls, context, properties):
+    def description(cls, context: Context, properties: PropertyGroup) -> str:
         """The tooltip says what the cell shows."""
         palette = palette_in(context)
         if 0 <= properties.row < len(palette.materials) and 0 <= properties.column < len(palette.lights):
@@ -124,7 +128,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
         return "Click to edit it below the table"
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         if self.row >= 0:
             palette.active_row = require_index("material", self.row, len(palette.materials))
@@ -142,7 +146,7 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
     column: IntProperty(min=0)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         cell = table.active_cell(palette)
         if cell is None or cell.mode not in table.REFERRING:
@@ -171,17 +175,17 @@ class SPECTRAL_OT_palette_spread(bpy.types.Operator):
     side: EnumProperty(name="To all of the", items=SIDES)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         cell = table.active_cell(palette)
         if cell is None:
             raise InvalidInputError("the palette is empty; add a light and a material first")
         here = (palette.active_row, palette.active_column)
         same = 1 if self.side == "LIGHT" else 0
-        with live.paused():
+        with table.paused():
             for place, other in table.places(palette):
                 if place != here and place[same] == here[same]:
-                    for name in ("weight", "exact", "use_box", "box_low", "box_high", "target", "mode"):
+                    for name in WISH:
                         setattr(other, name, getattr(cell, name))
                     table.fill_references(other)
         live.edited(palette)
@@ -197,10 +201,10 @@ class SPECTRAL_OT_palette_lamp_add(bpy.types.Operator):
     lamp: StringProperty(name="Lamp", default="D65", description="Name in the catalogue")
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         require_index("light", palette.active_column, len(palette.lights))
-        with live.paused():
+        with table.paused():
             entry = table.add_lamp(getattr(palette.lights[palette.active_column], self.to.lower()), self.lamp)
             entry.spectral.source = "CATALOGUE"
             entry.spectral.catalogue_name = self.lamp
@@ -217,7 +221,7 @@ class SPECTRAL_OT_palette_lamp_remove(bpy.types.Operator):
     index: IntProperty(min=0)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         palette = palette_in(context)
         require_index("light", palette.active_column, len(palette.lights))
         lamps = getattr(palette.lights[palette.active_column], self.to.lower())

@@ -3,12 +3,14 @@
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
+from bpy.types import ID, Context, Event, Node, Object, PropertyGroup, bpy_prop_collection
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties.spectrum import kind_of, reload
+from ..editing.spectrum import reload
+from ..translate.palette.apply import store_result
+from ..translate.spectra.stored import kind_of
 from .common import UNDOABLE, palette_in, reporting
-from .palette_solve import store_result
 
 CARRIERS = [
     ("MATERIAL", "Material", "The active material", 0),
@@ -18,7 +20,7 @@ CARRIERS = [
 ]
 
 
-def carrier(context, which: str):
+def carrier(context: Context, which: str) -> ID | Node | None:
     """The material, light, world or node that a panel shows, None where there is none."""
     active = context.object
     if which == "MATERIAL":
@@ -30,12 +32,12 @@ def carrier(context, which: str):
     return getattr(context, "active_node", None) or _active_node(active)
 
 
-def _active_node(active):
+def _active_node(active: Object | None) -> Node | None:
     material = active.active_material if active else None
     return material.node_tree.nodes.active if material and material.node_tree else None
 
 
-def _required(context, which: str):
+def _required(context: Context, which: str) -> ID | Node:
     found = carrier(context, which)
     if found is None or not hasattr(found, "spectral"):
         raise InvalidInputError(f"there is no active {which.lower()} that can carry a spectrum; select one")
@@ -51,21 +53,21 @@ class SPECTRAL_OT_spectrum_reload(bpy.types.Operator):
     carrier: EnumProperty(name="Of", items=CARRIERS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         spectral = _required(context, self.carrier).spectral
         reload(spectral)
         if spectral.message:
             raise InvalidInputError(spectral.message)
 
 
-def _designed_names(self, context, typed: str) -> list[str]:
+def _designed_names(self: bpy.types.Operator, context: Context, typed: str) -> list[str]:
     owner = carrier(context, self.carrier)
     if owner is None:
         return []
     return [entry.name for entry in _entries(palette_in(context), owner) if typed.lower() in entry.name.lower()]
 
 
-def _entries(palette, owner):
+def _entries(palette: PropertyGroup, owner: ID) -> bpy_prop_collection:
     return palette.lights if kind_of(owner) == "illuminant" else palette.materials
 
 
@@ -78,11 +80,11 @@ class SPECTRAL_OT_spectrum_from_palette(bpy.types.Operator):
     carrier: EnumProperty(name="For", items=CARRIERS)
     entry: StringProperty(name="Name", search=_designed_names, description="Light or material of the palette")
 
-    def invoke(self, context, _event):
+    def invoke(self, context: Context, _event: Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         owner = _required(context, self.carrier)
         entries = {entry.name: entry for entry in _entries(palette_in(context), owner)}
         if self.entry not in entries:

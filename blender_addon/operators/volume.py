@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The transfer function of the active Volume: presets, files, materials, colours from the palette."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 from bpy.props import EnumProperty, StringProperty
+from bpy.types import Context, Event, PropertyGroup, Volume
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import volume as stored
-from ..properties import volume_transfer
+from ..translate.palette.apply import store_result
+from ..translate.volume_looks import curves as stored
+from ..translate.volume_looks import transfer as volume_transfer
 from .common import UNDOABLE, palette_in, reporting
-from .palette_solve import store_result
+
+if TYPE_CHECKING:
+    from spectral_core.volume.field import ScalarVolume
 
 PRESETS = [
     ("wide", "Wide", "Three overlapping, mostly transparent materials over the whole range", 0),
@@ -21,7 +27,7 @@ PRESETS = [
 ]
 
 
-def volume_in(context):
+def volume_in(context: Context) -> Volume | None:
     """The Volume data-block that is being looked at, None where there is none."""
     shown = getattr(context, "volume", None)
     if shown is not None:
@@ -30,22 +36,23 @@ def volume_in(context):
     return active.data if active is not None and active.type == "VOLUME" else None
 
 
-def _required(context):
+def shown_volume(context: Context) -> Volume:
+    """The Volume data-block that is being looked at. Raises InvalidInputError where there is none."""
     found = volume_in(context)
     if found is None:
         raise InvalidInputError("there is no active Volume object; select one")
     return found
 
 
-def _voxels(context, data):
+def _voxels(context: Context, data: Volume) -> "ScalarVolume":
     """The data at the present frame: only an evaluated copy knows which one that is."""
     from ..translate.volumes import voxels_of
 
     return voxels_of(data.evaluated_get(context.evaluated_depsgraph_get()))
 
 
-def _active_material(context):
-    settings = _required(context).spectral
+def _active_material(context: Context) -> PropertyGroup:
+    settings = shown_volume(context).spectral
     if not len(settings.materials):
         raise InvalidInputError("the volume has no material; add one first")
     return settings.materials[min(settings.active, len(settings.materials) - 1)]
@@ -55,7 +62,7 @@ class _OnVolume:
     bl_options = UNDOABLE
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         return volume_in(context) is not None
 
 
@@ -67,11 +74,11 @@ class SPECTRAL_OT_transfer_preset(_OnVolume, bpy.types.Operator):
     preset: EnumProperty(name="Preset", items=PRESETS)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.presets import preset
 
-        data = _required(context)
+        data = shown_volume(context)
         voxels = _voxels(context, data)
         fitted = preset(self.preset, voxels)
         volume_transfer.store_transfer(data, stated_in_fractions(fitted, voxels, volume_transfer.value_range(data)))
@@ -86,11 +93,11 @@ class SPECTRAL_OT_transfer_import(_OnVolume, bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.documents.transfer_file import read_transfer
 
-        data = _required(context)
+        data = shown_volume(context)
         stated = read_transfer(bpy.path.abspath(self.filepath))
         if (stated.values, stated.length) != ("fraction", "voxel"):
             voxels, known = _voxels(context, data), volume_transfer.value_range(data)
@@ -103,16 +110,16 @@ class SPECTRAL_OT_transfer_export(_OnVolume, bpy.types.Operator, ExportHelper):
 
     bl_idname = "spectral.transfer_export"
     bl_label = "Export Transfer Function"
-    bl_options = set()
+    bl_options: set[str] = set()
     filename_ext = ".toml"
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
     check_extension = None
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         from spectral_core.volume.documents.transfer_file import write_transfer
 
-        write_transfer(bpy.path.abspath(self.filepath), volume_transfer.stated_transfer(_required(context)))
+        write_transfer(bpy.path.abspath(self.filepath), volume_transfer.stated_transfer(shown_volume(context)))
 
 
 class SPECTRAL_OT_volume_material_add(_OnVolume, bpy.types.Operator):
@@ -122,8 +129,8 @@ class SPECTRAL_OT_volume_material_add(_OnVolume, bpy.types.Operator):
     bl_label = "Add Material"
 
     @reporting
-    def execute(self, context):
-        data = _required(context)
+    def execute(self, context: Context) -> None:
+        data = shown_volume(context)
         stored.add_material(data, "Material")
         data.spectral.enabled = True
 
@@ -135,9 +142,9 @@ class SPECTRAL_OT_volume_material_remove(_OnVolume, bpy.types.Operator):
     bl_label = "Remove Material"
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         _active_material(context)
-        data = _required(context)
+        data = shown_volume(context)
         stored.remove_material(data, min(data.spectral.active, len(data.spectral.materials) - 1))
 
 
@@ -152,11 +159,11 @@ class SPECTRAL_OT_volume_curve_add(_OnVolume, bpy.types.Operator):
     )
 
     @reporting
-    def execute(self, context):
-        stored.set_curve(_required(context), _active_material(context), self.which, [0.0, 1.0], [0.0, 1.0])
+    def execute(self, context: Context) -> None:
+        stored.set_curve(shown_volume(context), _active_material(context), self.which, [0.0, 1.0], [0.0, 1.0])
 
 
-def _palette_names(self, context, typed: str) -> list[str]:
+def _palette_names(self: bpy.types.Operator, context: Context, typed: str) -> list[str]:
     return [entry.name for entry in palette_in(context).materials if typed.lower() in entry.name.lower()]
 
 
@@ -167,11 +174,11 @@ class SPECTRAL_OT_volume_color_from_palette(_OnVolume, bpy.types.Operator):
     bl_label = "Take from Palette"
     entry: StringProperty(name="Name", search=_palette_names, description="Material of the palette")
 
-    def invoke(self, context, _event):
+    def invoke(self, context: Context, _event: Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         entries = {entry.name: entry for entry in palette_in(context).materials}
         if self.entry not in entries:
             known = ", ".join(entries) or "none"

@@ -3,6 +3,7 @@
 
 import hashlib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -15,14 +16,19 @@ from bpy.props import (
     IntVectorProperty,
     StringProperty,
 )
+from bpy.types import Context, Event, Volume
 from bpy_extras.io_utils import ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
-from ..properties import volume_transfer
 from ..properties.volume import RANGE_KEY
+from ..translate.volume_looks import transfer as volume_transfer
 from .common import UNDOABLE, reporting
 from .volume import PRESETS
+
+if TYPE_CHECKING:
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files.sequence import VolumeSequence
 
 ENDINGS = (
     ".nrrd", ".nhdr", ".vdb", ".vtk", ".vti", ".npy", ".npz", ".tif", ".tiff", ".nii", ".nii.gz", ".mhd", ".mha",
@@ -68,7 +74,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         name="Offset", default=0, min=-1, description="Bytes before the data; -1: they end the file"
     )
 
-    def draw(self, _context):
+    def draw(self, _context: Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
@@ -79,13 +85,13 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
             for name in ("raw_shape", "raw_type", "raw_big_endian", "raw_offset"):
                 box.prop(self, name)
 
-    def invoke(self, context, event):
+    def invoke(self, context: Context, event: Event) -> set[str]:
         if self.directory and self.files:  # dropped onto the window: the files are chosen already
             return context.window_manager.invoke_props_dialog(self)
         return ImportHelper.invoke(self, context, event)
 
     @reporting
-    def execute(self, context):
+    def execute(self, context: Context) -> None:
         for path in self._paths():
             _add_to_scene(context, *self._import(path), self.size)
 
@@ -93,7 +99,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         named = [Path(self.directory) / file.name for file in self.files if file.name]
         return named or [Path(bpy.path.abspath(self.filepath))]
 
-    def _import(self, path: Path):
+    def _import(self, path: Path) -> "tuple[Volume, ScalarVolume]":
         """A Volume data-block of the file, or of the sequence that it is a frame of, and the (first) volume itself."""
         from spectral_core.volume.files import RawLayout, find_sequence, read_volume, sequence_of
 
@@ -126,7 +132,9 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         return f"{self.field} {self.component} {raw}"
 
 
-def _fill(data, path: Path, first, frames, key: str, *, centred: bool) -> None:
+def _fill(
+    data: Volume, path: Path, first: "ScalarVolume", frames: "VolumeSequence | None", key: str, *, centred: bool
+) -> None:
     """Write the OpenVDB files of a data-block and point it to them; ``centred``: the object's origin is its middle."""
     from spectral_core.volume.files import write_volume
 
@@ -154,7 +162,7 @@ def _fill(data, path: Path, first, frames, key: str, *, centred: bool) -> None:
     data.display.density = 20.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
 
 
-def _moved(volume, shift: np.ndarray):
+def _moved(volume: Volume, shift: np.ndarray) -> "ScalarVolume":
     """The same volume elsewhere."""
     from spectral_core.volume.field import ScalarVolume
 
@@ -163,7 +171,7 @@ def _moved(volume, shift: np.ndarray):
     return ScalarVolume(volume.name, volume.data, matrix)
 
 
-def _choose_preset(data, volume, name: str) -> None:
+def _choose_preset(data: Volume, volume: Volume, name: str) -> None:
     from spectral_core.volume.documents.transfer_document import stated_in_fractions
     from spectral_core.volume.presets import preset
 
@@ -171,7 +179,7 @@ def _choose_preset(data, volume, name: str) -> None:
     volume_transfer.store_transfer(data, stated)
 
 
-def _add_to_scene(context, data, volume, size: float) -> None:
+def _add_to_scene(context: Context, data: Volume, volume: Volume, size: float) -> None:
     """An object of the data at the cursor, its longest side ``size`` long."""
     thing = bpy.data.objects.new(data.name, data)
     if size:
@@ -219,11 +227,11 @@ class SPECTRAL_FH_volume(bpy.types.FileHandler):
     bl_file_extensions = ";".join(ending for ending in ENDINGS if ending not in (".vdb", ".tif", ".tiff", ".nii.gz"))
 
     @classmethod
-    def poll_drop(cls, context):
+    def poll_drop(cls, context: Context) -> bool:
         return context.area is not None and context.area.type == "VIEW_3D"
 
 
-def _import_entry(self, _context):
+def _import_entry(self: bpy.types.Menu, _context: Context) -> None:
     self.layout.operator("spectral.volume_import", text="Volume (.nrrd/.nii/.vti/.vdb/.mhd/.tif/.npy/.raw)")
 
 

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The palette, in the sidebar of the 3D view and in the scene properties: the same panels in both places."""
 
+from collections.abc import Callable
+
 import bpy
+from bpy.types import Context, Panel, PropertyGroup, UILayout
 
 from .palette_details import draw_cell, draw_light, draw_material
 from .palette_table import draw_table
@@ -19,7 +22,7 @@ CONFLICTS_SHOWN = 2
 """The first ones matter most; solved, they often take the others with them."""
 
 
-def draw_palette(layout, context) -> None:
+def draw_palette(layout: UILayout, context: Context) -> None:
     """Start, table, status, and what to do with it."""
     palette = context.scene.spectral.palette
     if not len(palette.lights) and not len(palette.materials):
@@ -43,7 +46,7 @@ def draw_palette(layout, context) -> None:
     row.operator("spectral.palette_apply", icon="BRUSH_DATA")
 
 
-def _draw_welcome(layout, context) -> None:
+def _draw_welcome(layout: UILayout, context: Context) -> None:
     wrapped(
         layout, context, "Say what color each material should show under each light. The palette finds the spectra."
     )
@@ -61,7 +64,7 @@ def _draw_welcome(layout, context) -> None:
     row.operator("spectral.palette_add", text="Material", icon="ADD").side = "MATERIAL"
 
 
-def _draw_status(layout, context, palette) -> None:
+def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """How the last solve ended, in words, and what would help."""
     if palette.message:
         column = layout.column()
@@ -85,7 +88,7 @@ def _draw_status(layout, context, palette) -> None:
     facts.label(text=f"{worst} · {_duration(palette.milliseconds)}")
 
 
-def _draw_help(layout, context, palette) -> None:
+def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """What would help; below the table, so that the table keeps its place while colors are dragged."""
     if palette.message or palette.is_stale or not palette.remedy:
         return
@@ -103,7 +106,7 @@ def _duration(milliseconds: float) -> str:
     return f"{milliseconds:.1f} ms" if milliseconds < 100 else f"{milliseconds / 1000:.1f} s"
 
 
-def _draw_conflict(box, context, palette, conflict) -> None:
+def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conflict: PropertyGroup) -> None:
     """A cell that misses its wish, and a button that lets go of the one that stands in its way."""
     rows = {material.uid: row for row, material in enumerate(palette.materials)}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
@@ -119,7 +122,7 @@ def _draw_conflict(box, context, palette, conflict) -> None:
         relieve.row, relieve.column = row, column
 
 
-def draw_weights(layout, context) -> None:
+def draw_weights(layout: UILayout, context: Context) -> None:
     """What counts how much, and which spectra are allowed."""
     palette = context.scene.spectral.palette
     layout.use_property_split = True
@@ -143,7 +146,7 @@ def draw_weights(layout, context) -> None:
         wrapped(layout, context, note, icon="INFO")
 
 
-def draw_robustness(layout, context) -> None:
+def draw_robustness(layout: UILayout, context: Context) -> None:
     """Other eyes and other lamps."""
     palette = context.scene.spectral.palette
     hint = layout.column()
@@ -156,7 +159,7 @@ def draw_robustness(layout, context) -> None:
     layout.prop(palette, "robust_weight")
 
 
-def draw_files(layout, _context) -> None:
+def draw_files(layout: UILayout, _context: Context) -> None:
     """Palettes, spectra and swatches as files."""
     row = layout.row(align=True)
     row.label(text="Palette")
@@ -171,7 +174,7 @@ def draw_files(layout, _context) -> None:
     layout.operator("spectral.palette_clear", icon="TRASH")
 
 
-def _needs_table(context) -> bool:
+def _needs_table(context: Context) -> bool:
     palette = context.scene.spectral.palette
     return bool(len(palette.lights) or len(palette.materials))
 
@@ -191,16 +194,16 @@ PARTS = [
 """Sub-panels: name, label, what draws them. All but the first begin closed."""
 
 
-def _drawing(drawn):
+def _drawing(drawn: Callable[[UILayout, Context], None]) -> Callable[[Panel, Context], None]:
     """A panel's draw function; Blender accepts two arguments, no more."""
 
-    def draw(self, context):
+    def draw(self: Panel, context: Context) -> None:
         drawn(self.layout, context)
 
     return draw
 
 
-def _panels(place: str, **where) -> list[type]:
+def _panels(place: str, **where: str) -> list[type]:
     """The palette's panel and its sub-panels for one place of the interface."""
     parent_id = f"SPECTRAL_PT_palette_{place}"
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Below the table: the selected cell, its light and its material."""
 
+from bpy.types import Context, PropertyGroup, UILayout, bpy_prop_collection
+
 from ..properties.palette_cell import BOXED, REFERRING
-from ..properties.palette_table import active_cell, may_refer, references
+from ..translate.palette.table import active_cell, may_refer, references
 from .parts import draw_curve, draw_source, wrapped
 
 HINTS = {
@@ -18,13 +20,13 @@ HINTS = {
 REFERENCE_TITLES = {"SAME": "Same as:", "CONSTANT": "Constant with:", "DISTINCT": "Distinct from:"}
 
 
-def _split(layout):
+def _split(layout: UILayout) -> UILayout:
     layout.use_property_split = True
     layout.use_property_decorate = False
     return layout
 
 
-def draw_cell(layout, context, palette) -> None:
+def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """Wish of the selected cell."""
     cell = active_cell(palette)
     if cell is None:
@@ -64,7 +66,7 @@ def draw_cell(layout, context, palette) -> None:
     row.operator("spectral.palette_spread", text="Row").side = "MATERIAL"
 
 
-def _draw_references(layout, palette, cell) -> None:
+def _draw_references(layout: UILayout, palette: PropertyGroup, cell: PropertyGroup) -> None:
     """The table once more, small: which cells this one refers to."""
     chosen = references(palette, cell)
     box = layout.box()
@@ -86,7 +88,7 @@ def _draw_references(layout, palette, cell) -> None:
             operator.row, operator.column = row, column
 
 
-def draw_light(layout, context, palette) -> None:
+def draw_light(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """The selected light."""
     if palette.active_column >= len(palette.lights):
         return
@@ -112,7 +114,7 @@ def draw_light(layout, context, palette) -> None:
         draw_curve(layout, context, light.result)
 
 
-def draw_material(layout, context, palette) -> None:
+def draw_material(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """The selected material."""
     if palette.active_row >= len(palette.materials):
         return
@@ -126,7 +128,7 @@ def draw_material(layout, context, palette) -> None:
         draw_curve(layout, context, material.result)
 
 
-def _draw_entry_head(layout, palette, entry, side: str) -> None:
+def _draw_entry_head(layout: UILayout, palette: PropertyGroup, entry: PropertyGroup, side: str) -> None:
     """Name, place in the table, measured or designed."""
     row = layout.row(align=True)
     row.prop(entry, "name", text="")
@@ -140,14 +142,14 @@ def _draw_entry_head(layout, palette, entry, side: str) -> None:
     layout.row(align=True).prop(entry, "design", expand=True)
 
 
-def _draw_message(layout, context, spectral) -> None:
+def _draw_message(layout: UILayout, context: Context, spectral: PropertyGroup) -> None:
     if spectral.message:
         column = layout.column()
         column.alert = True
         wrapped(column, context, spectral.message, icon="ERROR")
 
 
-def _draw_lamps(layout, context, lamps, which: str, title: str) -> None:
+def _draw_lamps(layout: UILayout, context: Context, lamps: bpy_prop_collection, which: str, title: str) -> None:
     box = layout.box()
     head = box.row(align=True)
     head.label(text=title)

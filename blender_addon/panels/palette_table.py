@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The table of the palette: lights as columns, materials as rows, in each cell the wanted and the actual color."""
 
+from bpy.types import Context, PropertyGroup, UILayout
+
 from ..drawing.icons import curve_icon
 from ..properties.palette_cell import MODES
 from .parts import width_of
@@ -12,7 +14,7 @@ NARROW_CELL = 82.0
 """Unscaled pixels below which a cell has no room for "ΔE" before its number."""
 
 
-def draw_table(layout, context, palette) -> None:
+def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """The table; a click below a cell's colors selects it for the panels below.
 
     Where the panel is too narrow for all lights, it shows the ones around the selected light.
@@ -41,7 +43,7 @@ def page_of(active: int, count: int, fitting: int) -> range:
     return range(first, min(first + fitting, count))
 
 
-def _draw_pages(layout, shown: range, count: int) -> None:
+def _draw_pages(layout: UILayout, shown: range, count: int) -> None:
     """Which lights are shown, and the way to the ones before and after."""
     row = layout.row(align=True)
     before = row.row(align=True)
@@ -60,7 +62,7 @@ def icon_scale(room: float) -> float:
     return min(3.4, max(1.9, room / 27))
 
 
-def _draw_head(flow, entry, place: dict[str, int], selected: bool, room: float) -> None:
+def _draw_head(flow: UILayout, entry: PropertyGroup, place: dict[str, int], selected: bool, room: float) -> None:
     """Name and curve of a light or material."""
     head = flow.column(align=True)
     icon = curve_icon(entry.result) or curve_icon(entry.spectral)
@@ -72,7 +74,7 @@ def _draw_head(flow, entry, place: dict[str, int], selected: bool, room: float) 
         setattr(operator, side, index)
 
 
-def _draw_cell(flow, cell, place: tuple[int, int], selected: bool, room: float) -> None:
+def _draw_cell(flow: UILayout, cell: PropertyGroup, place: tuple[int, int], selected: bool, room: float) -> None:
     column = flow.column(align=True)
     colors = column.row(align=True)
     colors.scale_y = icon_scale(room)  # as high as the curve at its left

@@ -2,24 +2,26 @@
 """Pieces that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
 
 import textwrap
+from collections.abc import Iterable
 
 import bpy
+from bpy.types import ID, Context, PropertyGroup, UILayout
 
 from ..drawing.icons import curve_icon, swatch_icon
-from ..properties.spectrum import kind_in
-from .swatches import NO_SWATCH, swatches_of
+from ..translate.spectra.stored import kind_in
+from .swatches import NO_SWATCH, Swatch, swatches_of
 
 CHARACTER_PIXELS = 6.4
 """Mean width of a letter of Blender's interface font, at scale 1."""
 
 
-def width_of(context) -> float:
+def width_of(context: Context) -> float:
     """Width of the region in unscaled pixels."""
     scale = context.preferences.system.ui_scale if context.preferences else 1.0
     return context.region.width / scale if context.region else 300.0
 
 
-def wrapped(layout, context, text: str, icon: str = "NONE", indent: float = 40.0) -> None:
+def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", indent: float = 40.0) -> None:
     """A text in as many lines as the panel's width asks for."""
     column = layout.column(align=True)
     column.scale_y = 0.8
@@ -28,7 +30,7 @@ def wrapped(layout, context, text: str, icon: str = "NONE", indent: float = 40.0
         column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
 
-def draw_source(layout, spectral) -> None:
+def draw_source(layout: UILayout, spectral: PropertyGroup) -> None:
     """Where the spectrum comes from."""
     layout.row(align=True).prop(spectral, "source", expand=True)
     column = layout.column()
@@ -41,7 +43,7 @@ def draw_source(layout, spectral) -> None:
         column.prop(spectral, "file_entry", text="Entry")
 
 
-def draw_spectrum(layout, context, spectral, carrier: str) -> None:
+def draw_spectrum(layout: UILayout, context: Context, spectral: PropertyGroup, carrier: str) -> None:
     """Choice, curve and swatches of the spectrum of a material, light, world or node."""
     draw_source(layout, spectral)
     if spectral.source == "DESIGNED" or (spectral.source == "NONE" and len(context.scene.spectral.palette.materials)):
@@ -62,7 +64,7 @@ def draw_spectrum(layout, context, spectral, carrier: str) -> None:
         layout.operator("spectral.spectrum_reload", icon="FILE_REFRESH").carrier = carrier
 
 
-def draw_curve(layout, context, spectral) -> None:
+def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> None:
     """The curve, what it is called, and what it looks like."""
     row = layout.row()
     row.template_icon(curve_icon(spectral, 256), scale=min(8.0, max(4.0, width_of(context) / 45)))
@@ -78,7 +80,7 @@ def draw_curve(layout, context, spectral) -> None:
     draw_swatches(layout, swatches_of(spectral))
 
 
-def draw_swatches(layout, swatches) -> None:
+def draw_swatches(layout: UILayout, swatches: Iterable[Swatch]) -> None:
     """Colors with the name of the lamp, or of the surface, below each."""
     row = layout.row(align=True)
     for name, color in swatches:
@@ -93,6 +95,6 @@ def draw_swatches(layout, swatches) -> None:
         label.label(text=name)
 
 
-def is_editable(owner) -> bool:
+def is_editable(owner: ID) -> bool:
     """Whether this is not linked from another file."""
     return not isinstance(owner, bpy.types.ID) or owner.library is None

@@ -2,6 +2,7 @@
 """Render settings, and the plan: what is simulated, why, and what leaving it out would cost."""
 
 import bpy
+from bpy.types import Context, PropertyGroup, UILayout
 
 from .parts import wrapped
 
@@ -15,7 +16,7 @@ class _RenderPanel:
     COMPAT_ENGINES = {ENGINE}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
 
 
@@ -24,7 +25,7 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
 
     bl_label = "Sampling"
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
@@ -39,7 +40,7 @@ class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
 
     bl_label = "Plan"
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.scene.spectral.render
         column = layout.column()
         column.use_property_split = True
@@ -54,7 +55,7 @@ class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
             _draw_decision(layout.box(), context, line)
 
 
-def _draw_decision(box, context, line) -> None:
+def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None:
     """One decision: what, why, and the other choices."""
     head = box.row(align=True)
     icon = "USER" if line.is_artists else ("RADIOBUT_OFF" if line.value in ("off", "none") else "RADIOBUT_ON")

@@ -2,22 +2,31 @@
 """Panel "Spectrum" of materials, lights, worlds and shader nodes."""
 
 import bpy
+from bpy.types import ID, Context, Node, UILayout
 
 from .parts import draw_spectrum, is_editable
 
 
 class _SpectrumPanel:
+    layout: UILayout
     """What the four panels have in common; ``carrier`` names what carries the spectrum."""
 
     bl_label = "Spectrum"
     carrier = ""
 
+    @staticmethod
+    def owner(context: Context) -> ID | Node | None:
+        """What carries the spectrum that is shown; each panel says what that is."""
+        raise NotImplementedError
+
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         return cls.owner(context) is not None
 
-    def draw(self, context):
+    def draw(self, context: Context) -> None:
         owner = self.owner(context)
+        if owner is None:
+            return
         layout = self.layout.column()
         layout.enabled = is_editable(owner.id_data)
         draw_spectrum(layout, context, owner.spectral, self.carrier)
@@ -35,7 +44,7 @@ class SPECTRAL_PT_material_spectrum(_PropertiesPanel, bpy.types.Panel):
     carrier = "MATERIAL"
 
     @staticmethod
-    def owner(context):
+    def owner(context: Context) -> ID | Node | None:
         """The material that is shown."""
         return context.material
 
@@ -47,7 +56,7 @@ class SPECTRAL_PT_light_spectrum(_PropertiesPanel, bpy.types.Panel):
     carrier = "LIGHT"
 
     @staticmethod
-    def owner(context):
+    def owner(context: Context) -> ID | Node | None:
         """The light that is shown."""
         return context.light
 
@@ -59,7 +68,7 @@ class SPECTRAL_PT_world_spectrum(_PropertiesPanel, bpy.types.Panel):
     carrier = "WORLD"
 
     @staticmethod
-    def owner(context):
+    def owner(context: Context) -> ID | Node | None:
         """The world that is shown."""
         return context.world
 
@@ -73,7 +82,7 @@ class SPECTRAL_PT_node_spectrum(_SpectrumPanel, bpy.types.Panel):
     carrier = "NODE"
 
     @staticmethod
-    def owner(context):
+    def owner(context: Context) -> ID | Node | None:
         """The active node, where it has a color that a spectrum can stand for."""
         node = context.active_node
         if not isinstance(node, bpy.types.ShaderNode):

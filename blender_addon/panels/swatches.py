@@ -4,6 +4,7 @@
 from functools import lru_cache
 
 import numpy as np
+from bpy.types import PropertyGroup
 
 from spectral_core.errors import SpectralError
 from spectral_core.spectra import catalogue
@@ -11,21 +12,23 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from
 from spectral_core.spectra.observer import normalized, observer, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
-from ..properties.spectrum import kind_in, stored_samples
+from ..translate.spectra.stored import kind_in, stored_samples
 
 LAMPS = (("Day", "D65"), ("Bulb", "A"), ("Tube", "FL11"), ("Sodium", "HP1"))
 SURFACES = (("Skin", "light skin"), ("Red", "red"), ("Green", "green"), ("Blue", "blue"))
 NO_SWATCH = None
+Swatch = tuple[str, np.ndarray | None]
+"""Name, and sRGB (3,) or NO_SWATCH."""
 
 
-def swatches_of(spectral) -> tuple:
+def swatches_of(spectral: PropertyGroup) -> tuple[Swatch, ...]:
     """(name, sRGB (3,)) of a stored spectrum; NO_SWATCH where it shows no color, such as a light in the infrared."""
     wavelengths, values = stored_samples(spectral)
     return _swatches(kind_in(spectral), wavelengths.tobytes(), values.tobytes())
 
 
 @lru_cache(maxsize=256)
-def _swatches(kind: str, wavelengths: bytes, values: bytes) -> tuple:
+def _swatches(kind: str, wavelengths: bytes, values: bytes) -> tuple[Swatch, ...]:
     grid = SpectralGrid(np.frombuffer(wavelengths))
     spectrum = Spectrum("shown", grid, np.frombuffer(values))
     if kind == "reflectance":

@@ -5,25 +5,26 @@ from functools import lru_cache
 
 import bpy
 import numpy as np
+from bpy.types import ID, Context, PropertyGroup, Scene, UILayout, Volume
 
 from spectral_core.errors import SpectralError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, display_rgb_from_linear, linear_rgb_from_xyz
 from spectral_core.spectra.observer import normalized, xyz_of
-from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 from ..drawing.icons import swatch_icon
-from ..operators.volume import volume_in
-from ..properties.spectrum import spectrum_of
-from ..properties.volume import curve_node
+from ..operators.volume import shown_volume, volume_in
+from ..translate.spectra.stored import spectrum_of
+from ..translate.volume_looks.curves import curve_node
 from .parts import draw_curve, draw_source, draw_swatches, is_editable, wrapped
 
 LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 
 
-def scene_light(scene) -> Illuminant:
+def scene_light(scene: Scene) -> Illuminant:
     """The spectra of the scene's lights together, by their power; daylight where none carries a spectrum."""
-    together = np.zeros(LIGHT_GRID.size)
+    together: np.ndarray = np.zeros(LIGHT_GRID.size)
     for thing in scene.objects:
         if thing.type != "LIGHT" or thing.hide_render:
             continue
@@ -31,17 +32,25 @@ def scene_light(scene) -> Illuminant:
             spectrum = spectrum_of(thing.data)
         except SpectralError:
             continue  # the light's own panel says what is wrong
-        shape = _daylight() if spectrum is None else normalized(spectrum).resampled(LIGHT_GRID, average=True).values
+        shape = _daylight() if spectrum is None else _shape(_as_light(spectrum))
         together += thing.data.energy * shape
     return Illuminant("scene", LIGHT_GRID, together if together.any() else _daylight())
 
 
+def _as_light(spectrum: Spectrum) -> Illuminant:
+    return Illuminant(spectrum.name, spectrum.grid, spectrum.values)
+
+
+def _shape(light: Illuminant) -> np.ndarray:
+    return normalized(light).resampled(LIGHT_GRID, average=True).values
+
+
 @lru_cache(maxsize=1)
 def _daylight() -> np.ndarray:
-    return normalized(catalogue.illuminant("D65")).resampled(LIGHT_GRID, average=True).values
+    return _shape(catalogue.illuminant("D65"))
 
 
-def swatch_of(entry, light: Illuminant) -> np.ndarray:
+def swatch_of(entry: PropertyGroup, light: Illuminant) -> np.ndarray:
     """sRGB (3,) of a volume's material under a light, or as it shines by itself."""
     try:
         spectrum = spectrum_of(entry)
@@ -49,8 +58,9 @@ def swatch_of(entry, light: Illuminant) -> np.ndarray:
         spectrum = None
     shown = normalized(light) if entry.lit else normalized(catalogue.illuminant("D65"))
     if spectrum is None:
-        tint = RGB_FROM_XYZ @ xyz_of(shown) / (RGB_FROM_XYZ @ xyz_of(normalized(catalogue.illuminant("D65"))))
-        linear = np.array(entry.color) * tint
+        daylight = normalized(catalogue.illuminant("D65"))
+        tint = (RGB_FROM_XYZ @ xyz_of(shown)) / (RGB_FROM_XYZ @ xyz_of(daylight))
+        linear: np.ndarray = np.array(entry.color) * tint
     else:
         linear = linear_rgb_from_xyz(xyz_of(shown, spectrum))
     return np.clip(display_rgb_from_linear(linear), 0.0, 1.0)
@@ -62,7 +72,16 @@ class SPECTRAL_UL_volume_materials(bpy.types.UIList):
     light = Illuminant("daylight", LIGHT_GRID, np.ones(LIGHT_GRID.size))
     """The scene's light, gathered once per draw of the panel instead of once per row."""
 
-    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name):
+    def draw_item(
+        self,
+        context: Context,
+        layout: UILayout,
+        _data: ID,
+        item: PropertyGroup,
+        _icon: int,
+        _active_data: ID,
+        _active_name: str,
+    ) -> None:
         row = layout.row(align=True)
         row.label(text="", icon_value=swatch_icon(swatch_of(item, self.light)))
         row.prop(item, "name", text="", emboss=False)
@@ -76,7 +95,7 @@ class _VolumePanel:
     bl_context = "data"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: Context) -> bool:
         return volume_in(context) is not None
 
 
@@ -85,11 +104,11 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
 
     bl_label = "Spectral Volume"
 
-    def draw_header(self, context):
-        self.layout.prop(volume_in(context).spectral, "enabled", text="")
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(shown_volume(context).spectral, "enabled", text="")
 
-    def draw(self, context):
-        data = volume_in(context)
+    def draw(self, context: Context) -> None:
+        data = shown_volume(context)
         settings, layout = data.spectral, self.layout
         layout.enabled = is_editable(data)
         layout.active = settings.enabled
@@ -113,7 +132,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         _draw_curves(layout, data, active)
 
 
-def _draw_color(layout, context, entry, light: Illuminant) -> None:
+def _draw_color(layout: UILayout, context: Context, entry: PropertyGroup, light: Illuminant) -> None:
     """What a material looks like."""
     draw_source(layout, entry.spectral)
     if len(context.scene.spectral.palette.materials):
@@ -130,7 +149,7 @@ def _draw_color(layout, context, entry, light: Illuminant) -> None:
     layout.prop(entry, "lit")
 
 
-def _draw_curves(layout, data, entry) -> None:
+def _draw_curves(layout: UILayout, data: Volume, entry: PropertyGroup) -> None:
     """Where in the data a material stands."""
     _draw_curve_of(layout, data, entry, "density", "Density over the data", strength="density")
     _draw_curve_of(layout, data, entry, "emission", "Emission over the data", strength="emission")
@@ -139,7 +158,9 @@ def _draw_curves(layout, data, entry) -> None:
         _draw_curve_of(layout, data, entry, "gradient", "Weight over the change", strength="gradient")
 
 
-def _draw_curve_of(layout, data, entry, which: str, title: str, *, strength: str) -> None:
+def _draw_curve_of(
+    layout: UILayout, data: Volume, entry: PropertyGroup, which: str, title: str, *, strength: str
+) -> None:
     box = layout.box()
     row = box.row()
     row.label(text=title)
@@ -157,8 +178,8 @@ class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
     bl_label = "Quality and Light"
     bl_parent_id = "SPECTRAL_PT_volume"
 
-    def draw(self, context):
-        settings, layout = volume_in(context).spectral, self.layout
+    def draw(self, context: Context) -> None:
+        settings, layout = shown_volume(context).spectral, self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.active = settings.enabled
@@ -174,8 +195,8 @@ class SPECTRAL_PT_volume_source(_VolumePanel, bpy.types.Panel):
     bl_parent_id = "SPECTRAL_PT_volume"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
-        settings, layout = volume_in(context).spectral, self.layout
+    def draw(self, context: Context) -> None:
+        settings, layout = shown_volume(context).spectral, self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.prop(settings, "grid")

@@ -13,12 +13,13 @@ from bpy.props import (
     StringProperty,
 )
 
-from spectral_core.spectra.color import WHITE_XYZ
-
-from .live import catch_up, edited
-from .palette_cell import SpectralPaletteCell
+from .fields import Field, by_name
+from .hooks import Topic, announces
+from .palette_cell import SpectralPaletteCell, edited
 from .spectrum import SpectralSpectrum
 
+WHITE_XYZ = (0.95047167, 0.99995703, 1.08897820)
+"""White of sRGB, D65 of 2° and luminance 1; a test compares it with the core's."""
 DESIGN = [
     ("MEASURED", "Measured", "Keep a measured spectrum as it is", "IMPORT", 0),
     ("DESIGNED", "Designed", "Let the palette find the spectrum", "MOD_SIMPLIFY", 1),
@@ -29,6 +30,72 @@ OBSERVERS = [
     ("cie_2015_2deg", "CIE 2015 2°", "The newer physiological observer", 4),
     ("cie_2015_10deg", "CIE 2015 10°", "The newer physiological observer, larger fields", 8),
 ]
+
+
+PALETTE_FIELDS = by_name(
+    Field(
+        "scale_lights", BoolProperty, "scale_lights", name="Brighten as Needed", default=False,
+        description="Brighten all lights by one factor until every material reflects at most all light",
+    ),
+    Field(
+        "smoothness", FloatProperty, "smoothness", name="Smoothness", default=0.01, min=0.0, soft_max=1.0, precision=4,
+        description="How much smooth spectra, like those of real paints and lamps, count against exact colors",
+    ),
+    Field(
+        "operator", EnumProperty, "smoothness_operator", name="Measure", default="mended",
+        description="How roughness of a spectrum is measured",
+        items=[
+            ("mended", "Curvature", "Second derivative with free ends, the same on every grid", 0),
+            ("thesis", "Thesis", "Eq. 5.13 of the thesis, whose ends are held down to zero", 1),
+        ],
+    ),
+    Field(
+        "match", EnumProperty, "match", name="Match", default="linear", description="What counts as a color error",
+        items=[
+            ("linear", "Linear RGB", "Difference in linear RGB", 0),
+            ("perceptual", "Perceptual", "Difference as an eye sees it, CIELAB at the wanted color", 1),
+        ],
+    ),
+    Field(
+        "rounds", IntProperty, "rounds", name="Rounds", default=20, min=1, soft_max=200, max=10_000,
+        description="How often materials and lights are designed in turn, at most",
+    ),
+    Field(
+        "observers", EnumProperty, "observers", name="Observers", items=OBSERVERS, options={"ENUM_FLAG"},
+        default={"cie_1931_2deg"}, description="Eyes for which matching cells should match. Shift-click for several",
+    ),
+    Field(
+        "robustness", EnumProperty, "robustness", name="Other Eyes and Lamps", default="soft",
+        description="How matches for several eyes and lamps are weighed",
+        items=[
+            ("soft", "On Average", "Make the squared errors of all of them small together", 0),
+            ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
+        ],
+    ),
+    Field(
+        "robust_weight", FloatProperty, "robust_weight", name="Weight", default=1.0, min=0.0, soft_max=10.0,
+        max=1000.0, description="How much other observers and lamp variants count",
+    ),
+    Field(
+        "allow_negative", BoolProperty, ("reflectance_bounds", "light_bounds"), name="Unphysical Spectra",
+        default=False,
+        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
+        "cannot be applied",
+    ),
+    Field(
+        "grid_start", FloatProperty, "grid", name="From (nm)", default=400.0, min=300.0, max=780.0, precision=0,
+        description="Least wavelength of designed spectra",
+    ),
+    Field(
+        "grid_stop", FloatProperty, "grid", name="To (nm)", default=700.0, min=400.0, max=900.0, precision=0,
+        description="Greatest wavelength of designed spectra",
+    ),
+    Field(
+        "grid_samples", IntProperty, "grid", name="Samples", default=31, min=5, soft_max=101, max=601,
+        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
+    ),
+)  # fmt: skip
+"""Settings of the whole table that the core's ``PaletteProblem`` has too."""
 
 
 class SpectralPaletteLamp(bpy.types.PropertyGroup):
@@ -60,7 +127,7 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
         name="Look White", default=False, update=edited, description="The light itself must look white (D65)"
     )
     white_xyz: FloatVectorProperty(
-        name="White", size=3, default=tuple(WHITE_XYZ), description="The white that it must look like, as XYZ; D65"
+        name="White", size=3, default=WHITE_XYZ, description="The white that it must look like, as XYZ; D65"
     )
     use_primaries: BoolProperty(
         name="Mix from Lamps", default=False, update=edited,
@@ -110,7 +177,10 @@ class SpectralPalette(bpy.types.PropertyGroup):
     active_column: IntProperty(name="Light", min=0, description="Column of the selected cell")
 
     live: BoolProperty(
-        name="Live", default=True, update=catch_up, description="Solve again at every change of a wish, weight or light"
+        name="Live",
+        default=True,
+        update=announces(Topic.PALETTE_LIVE),
+        description="Solve again at every change of a wish, weight or light",
     )
     show_curves: BoolProperty(
         name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
@@ -120,75 +190,18 @@ class SpectralPalette(bpy.types.PropertyGroup):
         description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "
         "leaves room for saturated colors",
     )  # fmt: skip
-    scale_lights: BoolProperty(
-        name="Brighten as Needed", default=False, update=edited,
-        description="Brighten all lights by one factor until every material reflects at most all light",
-    )  # fmt: skip
-    smoothness: FloatProperty(
-        name="Smoothness", default=0.01, min=0.0, soft_max=1.0, precision=4, update=edited,
-        description="How much smooth spectra, like those of real paints and lamps, count against exact colors",
-    )  # fmt: skip
-    operator: EnumProperty(
-        name="Measure", default="mended", update=edited, description="How roughness of a spectrum is measured",
-        items=[
-            ("mended", "Curvature", "Second derivative with free ends, the same on every grid", 0),
-            ("thesis", "Thesis", "Eq. 5.13 of the thesis, whose ends are held down to zero", 1),
-        ],
-    )  # fmt: skip
-    match: EnumProperty(
-        name="Match", default="linear", update=edited, description="What counts as a color error",
-        items=[
-            ("linear", "Linear RGB", "Difference in linear RGB", 0),
-            ("perceptual", "Perceptual", "Difference as an eye sees it, CIELAB at the wanted color", 1),
-        ],
-    )  # fmt: skip
-    rounds: IntProperty(
-        name="Rounds", default=20, min=1, soft_max=200, max=10_000, update=edited,
-        description="How often materials and lights are designed in turn, at most",
-    )  # fmt: skip
-    observers: EnumProperty(
-        name="Observers", items=OBSERVERS, options={"ENUM_FLAG"}, default={"cie_1931_2deg"}, update=edited,
-        description="Eyes for which matching cells should match. Shift-click for several",
-    )  # fmt: skip
-    robustness: EnumProperty(
-        name="Other Eyes and Lamps", default="soft", update=edited,
-        description="How matches for several eyes and lamps are weighed",
-        items=[
-            ("soft", "On Average", "Make the squared errors of all of them small together", 0),
-            ("worst_case", "Worst Case", "Make the largest of their errors small; takes seconds", 1),
-        ],
-    )  # fmt: skip
-    robust_weight: FloatProperty(
-        name="Importance", default=1.0, min=0.0, soft_max=10.0, max=1000.0, update=edited,
-        description="How much other observers and lamp variants count",
-    )  # fmt: skip
-    allow_negative: BoolProperty(
-        name="Unphysical Spectra", default=False, update=edited,
-        description="Let reflectances leave 0 to 1 and lights go below 0. For study: nothing real does it, and it "
-        "cannot be applied",
-    )  # fmt: skip
-    grid_start: FloatProperty(
-        name="From (nm)",
-        description="Least wavelength of designed spectra",
-        default=400.0,
-        min=300.0,
-        max=780.0,
-        update=edited,
-        precision=0,
-    )
-    grid_stop: FloatProperty(
-        name="To (nm)",
-        description="Greatest wavelength of designed spectra",
-        default=700.0,
-        min=400.0,
-        max=900.0,
-        update=edited,
-        precision=0,
-    )
-    grid_samples: IntProperty(
-        name="Samples", default=31, min=5, soft_max=101, max=601, update=edited,
-        description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
-    )  # fmt: skip
+    scale_lights: PALETTE_FIELDS["scale_lights"].declared(edited)
+    smoothness: PALETTE_FIELDS["smoothness"].declared(edited)
+    operator: PALETTE_FIELDS["operator"].declared(edited)
+    match: PALETTE_FIELDS["match"].declared(edited)
+    rounds: PALETTE_FIELDS["rounds"].declared(edited)
+    observers: PALETTE_FIELDS["observers"].declared(edited)
+    robustness: PALETTE_FIELDS["robustness"].declared(edited)
+    robust_weight: PALETTE_FIELDS["robust_weight"].declared(edited)
+    allow_negative: PALETTE_FIELDS["allow_negative"].declared(edited)
+    grid_start: PALETTE_FIELDS["grid_start"].declared(edited)
+    grid_stop: PALETTE_FIELDS["grid_stop"].declared(edited)
+    grid_samples: PALETTE_FIELDS["grid_samples"].declared(edited)
 
     is_stale: BoolProperty(description="Whether something changed since the last solve")
     status: StringProperty(description="How the last solve ended: 'solved', 'compromise', …; empty before the first")

@@ -5,12 +5,12 @@ Wanted colors are kept as sRGB, the numbers an artist reads off a screen; so the
 the working space of the file. Results are kept in linear sRGB, also where no screen can show them.
 """
 
+from typing import Any
+
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
 
-from spectral_core.spectra.color import display_rgb_from_linear
-
-from .live import edited
+from .hooks import Topic, announces
 
 MODES = [
     ("FIXED", "Color", "This color", "COLOR", 0),
@@ -23,27 +23,24 @@ MODES = [
 ]
 REFERRING = ("SAME", "CONSTANT", "DISTINCT")
 BOXED = ("FREE", "SAME", "CONSTANT")
+WISH = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
+"""What a cell asks for, besides the cells that it refers to: copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
 WEIGHT_LIMIT = 1000.0
 """Solvers go wrong, and say nothing, from ratios of 1e4; who needs more makes the cell exact."""
 
 
-def _shown(linear_name: str) -> dict:
+edited = announces(Topic.PALETTE)
+
+
+def _shown(name: str) -> dict[str, Any]:
     """Callbacks of a swatch that is shown but cannot be set: a read-only property would be drawn faded."""
 
-    def value(self) -> tuple[float, ...]:
-        return tuple(min(max(float(v), 0.0), 1.0) for v in display_rgb_from_linear(getattr(self, linear_name)))
+    def value(self: bpy.types.PropertyGroup) -> tuple[float, ...]:
+        return tuple(min(max(float(channel), 0.0), 1.0) for channel in getattr(self, name))
 
     return {"get": value, "set": lambda _self, _value: None}
-
-
-def _mode_changed(cell, context) -> None:
-    """A wish that refers to other cells begins with those that an artist most often means."""
-    from .palette_table import fill_references
-
-    fill_references(cell)
-    edited(cell, context)
 
 
 class SpectralPaletteReference(bpy.types.PropertyGroup):
@@ -57,7 +54,11 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
     """A wish and its result."""
 
     mode: EnumProperty(
-        name="Wish", items=MODES, default="FIXED", update=_mode_changed, description="What this cell asks for"
+        name="Wish",
+        items=MODES,
+        default="FIXED",
+        update=announces(Topic.PALETTE_CELL_MODE),
+        description="What this cell asks for",
     )
     target: FloatVectorProperty(
         name="Wanted Color", subtype="COLOR_GAMMA", size=3, default=(0.5, 0.5, 0.5), soft_min=0.0, soft_max=1.0,
@@ -85,14 +86,16 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
 
     actual_linear: FloatVectorProperty(size=3)
     wanted_linear: FloatVectorProperty(size=3)
+    actual_display: FloatVectorProperty(size=3)
+    wanted_display: FloatVectorProperty(size=3)
     has_result: BoolProperty()
     delta_e: FloatProperty(name="ΔE", default=NO_ERROR, description="CIEDE2000 between wanted and actual color")
     actual: FloatVectorProperty(
-        name="Actual Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("actual_linear"),
+        name="Actual Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("actual_display"),
         description="The color that comes out. Click to read its numbers; it cannot be edited",
     )  # fmt: skip
     wanted: FloatVectorProperty(
-        name="Common Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("wanted_linear"),
+        name="Common Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("wanted_display"),
         description="The color that was found for all cells of this group. Click to read its numbers",
     )  # fmt: skip
 

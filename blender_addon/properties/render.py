@@ -3,11 +3,40 @@
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.types import Context, PropertyGroup
+
+from .fields import Field, by_name
 
 
-def tag(properties, _context) -> None:
+def tag(properties: PropertyGroup, _context: Context) -> None:
     """Blender copies a changed property to the evaluated scene only when told."""
     properties.id_data.update_tag()
+
+
+RENDER_FIELDS = by_name(
+    Field(
+        "samples", IntProperty, "samples", name="Samples", default=128, min=1, soft_max=4096,
+        description="Light paths per pixel of a final render",
+    ),
+    Field(
+        "seed", IntProperty, "seed", name="Seed", default=0, min=0,
+        description="Start of the random numbers: the same seed, the same noise",
+    ),
+    Field(
+        "transport", EnumProperty, "transport", name="Transport", default="AUTO",
+        description="How light is carried through the scene",
+        items=[
+            ("AUTO", "Automatic", "Spectral where a spectrum in the scene asks for it, else RGB", 0),
+            ("SPECTRAL", "Spectral", "Trace wavelengths, always", 1),
+            ("RGB", "RGB", "Trace red, green and blue, always: designed spectra lose their effect", 2),
+        ],
+    ),
+    Field(
+        "tolerance", FloatProperty, "tolerance_delta_e", name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
+        description="Color error (ΔE2000) below which the plan may leave an effect out",
+    ),
+)  # fmt: skip
+"""Settings of a render that the core's ``Sampling`` and ``RenderSettings`` have too."""
 
 
 class SpectralPlanChoice(bpy.types.PropertyGroup):
@@ -30,55 +59,15 @@ class SpectralPlanLine(bpy.types.PropertyGroup):
 class SpectralRender(bpy.types.PropertyGroup):
     """Settings of the render engine."""
 
-    samples: IntProperty(
-        name="Samples",
-        default=128,
-        min=1,
-        soft_max=4096,
-        update=tag,
-        description="Light paths per pixel of a final render",
-    )
-    viewport_samples: IntProperty(
-        name="Viewport Samples",
-        default=16,
-        min=1,
-        soft_max=1024,
-        update=tag,
-        description="Light paths per pixel in the viewport",
-    )
-    seed: IntProperty(
-        name="Seed",
-        default=0,
-        min=0,
-        update=tag,
-        description="Start of the random numbers: the same seed, the same noise",
-    )
-    transport: EnumProperty(
-        name="Transport", default="AUTO", update=tag, description="How light is carried through the scene",
-        items=[
-            ("AUTO", "Automatic", "Spectral where a spectrum in the scene asks for it, else RGB", 0),
-            ("SPECTRAL", "Spectral", "Trace wavelengths, always", 1),
-            ("RGB", "RGB", "Trace red, green and blue, always: designed spectra lose their effect", 2),
-        ],
-    )  # fmt: skip
-    tolerance: FloatProperty(
-        name="Tolerance", default=1.0, min=0.0, soft_max=5.0, update=tag,
-        description="Color error (ΔE2000) below which the plan may leave an effect out",
-    )  # fmt: skip
+    samples: RENDER_FIELDS["samples"].declared(tag)
+    seed: RENDER_FIELDS["seed"].declared(tag)
+    transport: RENDER_FIELDS["transport"].declared(tag)
+    tolerance: RENDER_FIELDS["tolerance"].declared(tag)
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)
-    plan_message: StringProperty()
 
 
 CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralRender)
-
-
-def overrides_of(settings) -> dict[str, str]:
-    """Effect → value that the artist chose instead of the plan's."""
-    chosen = {each.name: each.value for each in settings.overrides}
-    if settings.transport != "AUTO":
-        chosen["transport"] = settings.transport.lower()
-    return chosen
 
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -4,8 +4,8 @@
 import bpy
 from bpy.props import PointerProperty
 
-from .light_dial import SpectralLightDial
-from .mixing_board import SpectralMixingBoard
+from .board import SpectralMixingBoard
+from .dial import SpectralLightDial
 from .palette import SpectralPalette
 from .render import SpectralRender
 
@@ -17,6 +17,9 @@ class SpectralScene(bpy.types.PropertyGroup):
     render: PointerProperty(type=SpectralRender)
     dial: PointerProperty(type=SpectralLightDial)
     board: PointerProperty(type=SpectralMixingBoard)
+
+
+CLASSES = (SpectralScene,)
 
 
 def register() -> None:

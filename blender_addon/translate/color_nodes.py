@@ -133,7 +133,8 @@ def _curves(reader: Reader, output: Output) -> Field:
             bent = np.stack([np.interp(combined[..., i], grid, tables[i]) for i in range(3)], axis=-1)
         return (1 - factor) * color + factor * bent
 
-    return reader.apply(bend, reader.fields(output, "Fac", "Value" if is_number else "Color"))
+    factor = "Fac" if output.input("Fac") is not None else "Factor"
+    return reader.apply(bend, reader.fields(output, factor, "Value" if is_number else "Color", missing=1.0))
 
 
 @evaluator("RGBTOBW")

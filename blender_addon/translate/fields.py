@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
 from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.color import LUMINANCE_FROM_RGB, linear_rgb_from_xyz
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from .images import linear_pixels, with_pixels
 
 Array = NDArray[Any]
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+LUMINANCE = LUMINANCE_FROM_RGB
 """Of linear sRGB (IEC 61966-2-1): what Blender takes where a color meets a number socket."""
 
 
@@ -78,7 +78,10 @@ def combine(function: Callable[..., Any], fields: Sequence[Field]) -> Field:
         constants = [np.atleast_1d(_constant(field)) for field in fields]
         result = np.asarray(function(*constants), dtype=np.float64)
         return float(result[0]) if result.shape == (1,) else result
-    operands = [linear_pixels(f) if _alike(f, base) else np.atleast_1d(_constant(f)) for f in fields]
+    operands = [
+        linear_pixels(f) if isinstance(f, ImageTexture) and _alike(f, base) else np.atleast_1d(_constant(f))
+        for f in fields
+    ]
     result = np.asarray(function(*operands), dtype=np.float32)
     finite = np.where(np.isfinite(result), result, np.float32(0))
     return with_pixels(base, np.broadcast_to(finite, (*base.pixels.shape[:2], result.shape[-1])), base.name)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,12 @@ from .context import Translation
 
 Array = NDArray[Any]
 
-EXTENSIONS = {"REPEAT": "repeat", "EXTEND": "extend", "CLIP": "clip", "MIRROR": "mirror"}
-DISPLAY_SPACES = ("sRGB", "Filmic sRGB", "AgX Base sRGB", "Khronos PBR Neutral sRGB", "ACES 1.3 sRGB", "ACES 2.0 sRGB")
+EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
+    "REPEAT": "repeat",
+    "EXTEND": "extend",
+    "CLIP": "clip",
+    "MIRROR": "mirror",
+}
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
 
@@ -33,7 +37,9 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     if image is None:
         translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
         return None
-    texture = read_image(translation, image, channel)
+    texture = read_image(translation, image, channel, alpha_is_read=_alpha_is_read(node))
+    if node.interpolation in ("Cubic", "Smart"):
+        translation.note(owner, f"{node.name!r}: cubic filtering of its image is rendered as linear")
     if texture is None:
         return None
     nearest = node.interpolation == "Closest"
@@ -43,15 +49,26 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     return replace(texture, extension=extension, interpolation="nearest" if nearest else "linear")
 
 
-def read_image(translation: Translation, image: Any, channel: str = "Color") -> ImageTexture | None:
-    """Pixels of a ``bpy.types.Image``, read once per translation; None, with a Note, where it has none."""
-    key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel)
+def _alpha_is_read(node: Any) -> bool:
+    """Whether anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
+    socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
+    return socket is not None and bool(socket.is_linked)
+
+
+def read_image(
+    translation: Translation, image: Any, channel: str = "Color", *, alpha_is_read: bool = True
+) -> ImageTexture | None:
+    """Pixels of a ``bpy.types.Image``, read once per translation and use; None, with a Note, where it has none.
+
+    ``alpha_is_read``: whether the alpha is used too; where it is not, Cycles shows colors multiplied by it.
+    """
+    key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel, alpha_is_read)
     if key not in translation.images:
-        translation.images[key] = _read(translation, image, channel)
+        translation.images[key] = _read(translation, image, channel, alpha_is_read)
     return translation.images[key]
 
 
-def _read(translation: Translation, image: Any, channel: str) -> ImageTexture | None:
+def _read(translation: Translation, image: Any, channel: str, alpha_is_read: bool) -> ImageTexture | None:
     width, height = image.size
     if width == 0 or height == 0 or len(image.pixels) == 0:
         where = image.filepath or "no file"
@@ -67,14 +84,33 @@ def _read(translation: Translation, image: Any, channel: str) -> ImageTexture | 
     if not np.isfinite(pixels).all():
         translation.note(image.name, "pixels that are not finite numbers were taken as black")
         pixels = np.where(np.isfinite(pixels), pixels, np.float32(0))
+    has_alpha = pixels.shape[2] == 4 and image.alpha_mode != "NONE"
     if channel == "Alpha":
-        alpha = pixels[..., 3:4] if pixels.shape[2] == 4 else np.ones((height, width, 1), dtype=np.float32)
+        alpha = pixels[..., 3:4] if has_alpha else np.ones((height, width, 1), dtype=np.float32)
         return ImageTexture(f"{image.name} (alpha)", _compact(alpha, image.is_float), color_space="raw")
     colors = pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1]
     space = image.colorspace_settings.name
+    if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
+        colors = _associated(translation, image, colors, pixels[..., 3:4], alpha_is_read)
     if image.is_float:  # Blender has already brought these to its scene-linear space
         return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
     return _byte_image(translation, image.name, colors, space)
+
+
+def _associated(translation: Translation, image: Any, colors: Array, alpha: Array, alpha_is_read: bool) -> Array:
+    """Colors as Cycles shows them: multiplied by alpha, in the file's own encoding, unless the alpha is used too."""
+    if image.is_float:  # float buffers come multiplied
+        undimmed = np.divide(colors, alpha, out=colors.copy(), where=alpha > 0)
+        return undimmed if alpha_is_read else colors
+    if image.alpha_mode == "PREMUL" and image.packed_file is None and image.source == "FILE":
+        # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
+        translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
+        colors = colors * alpha
+    # Cycles multiplies bytes and rounds down, and what it divides again later is that
+    levels = np.floor(np.rint(np.clip(colors, 0, 1) * 255) * np.rint(alpha * 255) / 255) / np.float32(255)
+    if not alpha_is_read:
+        return np.asarray(levels, dtype=np.float32)
+    return np.divide(levels, alpha, out=np.array(colors), where=alpha > 0)
 
 
 def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
@@ -92,8 +128,8 @@ def _byte_image(translation: Translation, name: str, colors: Array, space: str) 
     if matrix is not None:
         linear = linear_from_display_rgb(colors) if space == "Rec.2020" else colors
         return ImageTexture(name, (linear @ matrix.T).astype(np.float32), color_space="linear")
-    if space not in DISPLAY_SPACES:
-        translation.note(name, f"the color space {space!r} of this image is not known; it is read as sRGB")
+    if space != "sRGB":
+        translation.note(name, f"the color space {space!r} of this image is read as sRGB")
     return ImageTexture(name, _compact(colors), color_space="srgb")
 
 
@@ -116,5 +152,6 @@ def linear_pixels(texture: ImageTexture) -> Array:
 
 def with_pixels(texture: ImageTexture, pixels: Array, name: str) -> ImageTexture:
     """The same picture on the mesh with other linear values (h, w, 1 or 3)."""
-    space = "raw" if pixels.shape[2] == 1 else "linear"
-    return replace(texture, name=name, pixels=np.ascontiguousarray(pixels, dtype=np.float32), color_space=space)
+    space: Literal["raw", "linear"] = "raw" if pixels.shape[2] == 1 else "linear"
+    # a copy of its own: the renderer refuses arrays that are read-only views, which broadcasting makes
+    return replace(texture, name=name, pixels=np.array(pixels, dtype=np.float32, order="C"), color_space=space)

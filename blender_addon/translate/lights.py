@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import AreaLight, Color, Light, Paint, PointLight, SpotLight, SunLight
+from spectral_core.scene import AreaLight, Color, ImageTexture, Light, Paint, PointLight, SpotLight, SunLight
 from spectral_core.spectra.catalogue import blackbody
 
 from .. import compat
@@ -118,7 +118,7 @@ def _node_emission(translation: Translation, lamp: Any) -> tuple[Paint, float]:
     spectrum = spectra.spectrum_of(translation, source.node)
     paint = spectrum if spectrum is not None else reader.paint(source.input("Color"), white)
     strength = reader.number(source.input("Strength"), 1.0) * spectra.strength_of(source.node)
-    if not isinstance(paint, Color) and spectrum is None and hasattr(paint, "pixels"):
+    if isinstance(paint, ImageTexture):
         translation.note(lamp.name, "an image on a lamp is shown as its mean color")
         paint = Color(mean_color(paint))
     return paint, strength

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Paint, ScatteringMedium, gray
+from spectral_core.scene import Color, Paint, ScatteringMedium, gray
+from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import mean_color
 from .nodes import Input, Output, linked
@@ -31,18 +32,22 @@ def _scatter(reader: Reader, source: Output) -> ScatteringMedium:
         reader.note(f"{source.label!r}: its phase function is replaced by Henyey-Greenstein")
     return ScatteringMedium(
         density=max(reader.number(source.input("Density"), 1.0), 0.0),
-        color=reader.paint(source.input("Color"), gray(0.8)),
+        color=gray(1.0),  # Cycles scatters density · color and absorbs nothing
+        extinction=_even(reader, source, reader.paint(source.input("Color"), gray(0.8))),
         anisotropy=_g(reader, source),
     )
 
 
 def _absorption(reader: Reader, source: Output) -> ScatteringMedium:
-    """Blender absorbs density · (1 - color) and scatters nothing: the brightest channel's color counts as clear."""
-    color = _three(reader, source, "Color", 0.8)
-    extinction = max(reader.number(source.input("Density"), 1.0), 0.0) * np.maximum(1 - color, 0)
-    if np.ptp(extinction) > 1e-6:
-        reader.note(f"{source.label!r}: absorption that depends on color is shown with its mean")
-    return ScatteringMedium(density=float(extinction.mean()), color=gray(0.0))
+    """Blender absorbs density · (1 - color), per wavelength here, and scatters nothing."""
+    color = _even(reader, source, reader.paint(source.input("Color"), gray(0.8)))
+    absorbed: Paint
+    if isinstance(color, Spectrum):
+        absorbed = Spectrum(f"1 - {color.name}", color.grid, np.maximum(1 - color.values, 0))
+    else:
+        absorbed = Color(np.maximum(1 - color.linear_rgb, 0))
+    density = max(reader.number(source.input("Density"), 1.0), 0.0)
+    return ScatteringMedium(density=density, color=gray(0.0), extinction=absorbed)
 
 
 def _principled(reader: Reader, source: Output) -> ScatteringMedium:
@@ -68,10 +73,14 @@ def _g(reader: Reader, source: Output) -> float:
     return min(max(reader.number(source.input("Anisotropy"), 0.0), -0.99), 0.99)
 
 
-def _three(reader: Reader, source: Output, name: str, fallback: float) -> np.ndarray:
-    place = source.input(name)
-    value = np.full(3, fallback) if place is None else mean_color(reader.field(place))
-    return np.broadcast_to(value, (3,))
+def _even(reader: Reader, source: Output, paint: Paint) -> Color | Spectrum:
+    """A color that is the same everywhere in the medium; of one that varies its mean, with a Note."""
+    if isinstance(paint, (Color, Spectrum)):
+        return paint
+    reader.note(f"{source.label!r}: a color that varies inside a volume is shown with its mean")
+    place = source.input("Color")
+    assert place is not None
+    return Color(np.broadcast_to(mean_color(reader.field(place)), (3,)))
 
 
 MEDIA = {"VOLUME_SCATTER": _scatter, "VOLUME_ABSORPTION": _absorption, "PRINCIPLED_VOLUME": _principled}

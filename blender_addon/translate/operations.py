@@ -49,7 +49,7 @@ MATH: dict[str, Callable[[Array, Array, Array], Array]] = {
     "POWER": lambda a, b, c: _power(a, b),
     "LOGARITHM": lambda a, b, c: _logarithm(a, b),
     "SQRT": lambda a, b, c: np.sqrt(np.maximum(a, 0)),
-    "INVERSE_SQRT": lambda a, b, c: _power(np.maximum(a, 0), -0.5),
+    "INVERSE_SQRT": lambda a, b, c: _power(np.maximum(a, 0), np.array(-0.5)),
     "ABSOLUTE": lambda a, b, c: np.abs(a),
     "EXPONENT": lambda a, b, c: np.exp(np.minimum(a, 80)),
     "MINIMUM": lambda a, b, c: np.minimum(a, b),

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from typing import Any
 
 from spectral_core.scene import RenderSettings
 
-from ..properties.render import overrides_of
+from ..properties.render import RENDER_FIELDS
 
 
 @dataclass(frozen=True)
@@ -21,17 +22,35 @@ class Sampling:
 
 def sampling_of(scene: Any) -> Sampling:
     """Samples and seed of a Blender scene; an animated seed is the artist's own affair."""
-    settings = scene.spectral.render
-    return Sampling(settings.samples, settings.seed)
+    return Sampling(**_stated(scene.spectral.render, Sampling))
 
 
 def settings_of(scene: Any) -> RenderSettings:
     """What the artist fixed; what is left automatic is the plan's to decide."""
     settings = scene.spectral.render
     chosen = overrides_of(settings)
-    transport = chosen.pop("transport", None)
-    return RenderSettings(
-        transport=transport,  # type: ignore[arg-type]
-        tolerance_delta_e=settings.tolerance,
-        overrides=tuple(sorted(chosen.items())),
-    )
+    chosen.pop("transport", None)
+    return RenderSettings(**_stated(settings, RenderSettings), overrides=tuple(sorted(chosen.items())))
+
+
+def _stated(settings: Any, kind: type) -> dict[str, Any]:
+    """Arguments of ``kind`` by the one declaration of each setting."""
+    known = {each.name for each in fields(kind)}
+    named = {core: field.name for field in RENDER_FIELDS.values() for core in field.core if core in known}
+    return {core: _READ.get(core, _same)(getattr(settings, name)) for core, name in named.items()}
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+_READ: dict[str, Callable[[Any], Any]] = {"transport": lambda name: None if name == "AUTO" else name.lower()}
+"""What an attribute is read by, where its value is not the property's own."""
+
+
+def overrides_of(settings: Any) -> dict[str, str]:
+    """Effect → value that the artist chose instead of the plan's."""
+    chosen = {each.name: each.value for each in settings.overrides}
+    if settings.transport != "AUTO":
+        chosen["transport"] = settings.transport.lower()
+    return chosen

@@ -75,7 +75,8 @@ def _glossy(reader: Reader, output: Output) -> Surface:
         reader.note(f"{output.label!r}: anisotropic reflection is shown as isotropic")
     sharp = getattr(output.node, "distribution", "") == "SHARP"
     roughness: Scalar = 0.0 if sharp else reader.scalar(output.input("Roughness"), 0.5)
-    return Glossy(_color(reader, output, 0.8), roughness)
+    multiple = getattr(output.node, "distribution", "") == "MULTI_GGX"
+    return Glossy(_color(reader, output, 0.8), roughness, multiple)
 
 
 def _glass(reader: Reader, output: Output) -> Surface:
@@ -160,6 +161,10 @@ def _principled(reader: Reader, output: Output) -> Surface:
         transmission=scalar("Transmission Weight", 0.0),
         coat_weight=number("Coat Weight", 0.0),
         coat_roughness=number("Coat Roughness", 0.03),
+        coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
+        coat_tint=reader.paint(output.input("Coat Tint"), gray(1.0)),
+        diffuse_roughness=scalar("Diffuse Roughness", 0.0),
+        multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
         sheen_weight=number("Sheen Weight", 0.0),
         emission_color=reader.paint(output.input("Emission Color"), gray(1.0)) if lit else gray(1.0),
         emission_strength=strength,

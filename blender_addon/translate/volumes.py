@@ -13,7 +13,8 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
-from ..properties import volume_transfer
+from .volume_looks import transfer as volume_looks
+from .volume_looks.look import look_of
 
 if TYPE_CHECKING:
     from .objects import Collected
@@ -35,8 +36,8 @@ def translate_volume(found: Collected, thing: Any, instance: Any) -> None:
     try:
         volume = voxels_of(data)
         placed = ScalarVolume(thing.name, volume.data, matrix @ volume.to_world)
-        stated = volume_transfer.stated_transfer(data, found.translation.rgb_from_working)
-        transfer = stated.for_volume(placed, volume_transfer.value_range(data))
+        stated = volume_looks.stated_transfer(data, found.translation.rgb_from_working)
+        transfer = stated.for_volume(placed, volume_looks.value_range(data))
     except SpectralError as error:
         raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and goes on
     found.volumes.append(
@@ -45,9 +46,7 @@ def translate_volume(found: Collected, thing: Any, instance: Any) -> None:
             placed.data,
             placed.to_world,
             transfer,
-            rule=settings.rule,
-            quality=settings.quality_db,
-            options={"lighting": settings.lighting},
+            **look_of(settings),
         )
     )
 

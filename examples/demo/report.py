@@ -6,6 +6,7 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
+from spectral_core.files.whole import write_text
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import Illuminant
 
@@ -31,7 +32,7 @@ def write_report(demo: DemoResult) -> Path:
     )
     page = "\n".join([head, _head(demo), _spectra(demo), _colors(demo), _work(demo), "</html>"])
     path = demo.out / "report.html"
-    path.write_text(page, "utf-8")
+    write_text(path, page)
     return path
 
 

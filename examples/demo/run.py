@@ -113,7 +113,7 @@ def _blender() -> Any:
 
 def _design(bpy: Any, out: Path) -> PaletteSolution:
     """Solve for the glazes, give them to the vase, and write palette, spectra and swatches."""
-    from blender_addon.properties.spectrum import store_spectrum
+    from blender_addon.translate.spectra.stored import store_spectrum
 
     problem = hidden_mark(conceal=LIGHTS[0].name, reveal=LIGHTS[1].name, color=GLAZE_COLOR, contrast=CONTRAST)
     # The preset's brighter paint is its mark; on this vase the branch is the dark one, and the files must say so.
@@ -145,7 +145,7 @@ def _prepare(bpy: Any, samples: int, percentage: int) -> None:
 
 def _switch_on(bpy: Any, light: DemoLight) -> None:
     """Window and surroundings take the light's spectrum; a spectrum's luminance is that of white of the same power."""
-    from blender_addon.properties.spectrum import store_spectrum
+    from blender_addon.translate.spectra.stored import store_spectrum
 
     measured = catalogue.illuminant(light.name)
     window, world = bpy.data.lights["Key"], bpy.data.worlds["World"]

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.exr import openexr, write_exr
+from spectral_core.files.whole import whole_file, write_bytes
 from spectral_core.spectra.color import display_rgb_from_linear
 
 ENDINGS = (".png", ".exr", ".npy")
@@ -28,12 +30,13 @@ def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
     """Write linear sRGB (height, width, 3), row 0 on top: display encoded in 8 bits as PNG, as it is otherwise."""
     require_ending(path).parent.mkdir(parents=True, exist_ok=True)
     if path.suffix.lower() == ".npy":
-        np.save(path, linear_rgb)
+        with whole_file(path) as unfinished:
+            np.save(unfinished, linear_rgb)
     elif path.suffix.lower() == ".exr":
         _write_exr(path, linear_rgb)
     else:
         shown = np.clip(display_rgb_from_linear(linear_rgb), 0.0, 1.0)
-        path.write_bytes(png_bytes(np.round(shown * 255).astype(np.uint8)))
+        write_bytes(path, png_bytes(np.round(shown * 255).astype(np.uint8)))
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
@@ -51,9 +54,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _write_exr(path: Path, linear_rgb: NDArray[Any]) -> None:
-    from spectral_core.render.spectral_exr import openexr
-
     module = openexr()
     channels = {"RGB": np.ascontiguousarray(linear_rgb, dtype=np.float32)}
-    with module.File({"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}, channels) as file:
-        file.write(str(path))
+    header = {"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}
+    with module.File(header, channels) as file:
+        write_exr(path, file)

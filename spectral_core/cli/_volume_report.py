@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from spectral_core.volume.image import Stepping, VolumeImage, combine
 from spectral_core.volume.plan import Plan, plan
-from spectral_core.volume.renderer import Stepping, VolumeImage, VolumeRenderer, combine
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 

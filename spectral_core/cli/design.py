@@ -42,9 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
 
         problem = replace(problem, rounds=arguments.rounds)
     solution = solve_palette(problem)
-    _print(solution)
     folder = arguments.out or Path("out") / name
-    written = _write(folder, solution)
+    written = _write(folder, solution)  # before printing: whoever reads the table may close the pipe
+    _print(solution)
     print(f"written to {folder}: {', '.join(written)}")
     if arguments.json:
         print(json.dumps(_summary(solution, folder, written)))

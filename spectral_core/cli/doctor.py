@@ -11,7 +11,8 @@ import sys
 from dataclasses import asdict, dataclass
 from importlib import metadata, util
 
-from spectral_core import __version__
+from spectral_core import __version__, child
+from spectral_core.cli._trial import MARK
 
 
 @dataclass(frozen=True)
@@ -98,18 +99,10 @@ def _renderer() -> list[Finding]:
         Finding("LLVM", library is not None, f"{library or 'none that can be used'}{version}", "fast rendering",
                 variant.LLVM_INSTALL_HINT),
     ]  # fmt: skip
-    trial = (
-        "from spectral_core.render import render_scene; from spectral_core.scene import *\n"
-        "import numpy as np\n"
-        "camera, film = Camera(world_from_camera=np.eye(4)), Film(2, 2, samples=1)\n"
-        "render_scene(Scene(camera=camera, film=film, world=World(gray(1.0))))\n"
-        "import drjit as dr, mitsuba as mi\n"
-        "dr.eval(dr.maximum(dr.opaque(mi.Float, 1.0), 0.5))"  # what an LLVM that is too old cannot compile
-    )
-    done = subprocess.run([sys.executable, "-c", trial], capture_output=True, text=True)
+    done, _ = _trial("render")
     found = ", ".join(backend.get("variant", {}).values())
     if done.returncode:
-        found = f"{found}: a trial render failed, {(done.stderr.strip() or 'without a word').splitlines()[-1]}"
+        found = f"{found}: a trial render failed, {_last_line(done)}"
     findings.append(
         Finding(
             "renderer",
@@ -126,11 +119,20 @@ def _blender_loads() -> list[Finding]:
     """Whether bpy, where it is installed, also starts: it links to X libraries that a server may lack."""
     if util.find_spec("bpy") is None:
         return []
-    done = subprocess.run(
-        [sys.executable, "-c", "import bpy; print(bpy.app.version_string)"], capture_output=True, text=True
-    )
+    done, version = _trial("bpy")
     if done.returncode == 0:
-        return [Finding("bpy starts", True, f"Blender {done.stdout.split()[0]}", ".blend files outside Blender")]
-    reason = (done.stderr.strip() or "it ended without a word").splitlines()[-1]
+        return [Finding("bpy starts", True, f"Blender {version}", ".blend files outside Blender")]
     remedy = "apt install libx11-6 libxrender1 libxfixes3 libxi6 libxxf86vm1 libxkbcommon0 libsm6 libgl1 libegl1"
-    return [Finding("bpy starts", False, reason, ".blend files outside Blender", remedy)]
+    return [Finding("bpy starts", False, _last_line(done), ".blend files outside Blender", remedy)]
+
+
+def _trial(what: str) -> tuple[subprocess.CompletedProcess[str], str]:
+    """A trial in a process of its own, and its answer among whatever libraries printed."""
+    line = child.command(sys.executable, "spectral_core.cli._trial", what)
+    done = subprocess.run(line, capture_output=True, text=True, errors="replace", env=child.environment())
+    answers = [line.removeprefix(MARK) for line in done.stdout.splitlines() if line.startswith(MARK)]
+    return done, (answers or [""])[-1]
+
+
+def _last_line(done: subprocess.CompletedProcess[str]) -> str:
+    return (done.stderr.strip() or "it ended without a word").splitlines()[-1]

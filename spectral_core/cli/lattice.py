@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import whole_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
     report = _report(chosen, points, region)
     if arguments.out is not None:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
-        np.savetxt(arguments.out, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
+        with whole_file(arguments.out) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
+            np.savetxt(stream, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
         report["written"] = str(arguments.out)
     if arguments.plot is not None:
         from spectral_core.lattice.measure.plotting import draw_all

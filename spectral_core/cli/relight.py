@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
+from spectral_core.files.whole import whole_file
 
 from . import _pictures
 
@@ -134,14 +135,14 @@ def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
         raise MissingDependencyError(
             "a video needs the program ffmpeg (Debian: apt install ffmpeg); or write frames as .png"
         )
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, whole_file(out) as unfinished:
         for number, weights in enumerate(mixes, 1):
             _pictures.write_picture(Path(folder) / f"{number:05d}.png", live.picture(weights)[::-1, :, :3])
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # the codec halves the color planes
         done = subprocess.run(
             [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", even,
-             "-pix_fmt", "yuv420p", str(out)], capture_output=True, text=True,
+             "-pix_fmt", "yuv420p", str(unfinished)], capture_output=True, text=True,
         )  # fmt: skip
-    if done.returncode:
-        raise InvalidInputError(f"ffmpeg could not write {out}: {done.stderr.strip()[-300:]}")
+        if done.returncode:
+            raise FileWriteError(f"ffmpeg could not write {out}: {done.stderr.strip()[-300:]}")
     return str(out)

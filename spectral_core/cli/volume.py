@@ -167,10 +167,13 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
         f"{volume.name}: {'×'.join(map(str, volume.shape))} {volume.data.dtype}; {way.rule} steps, {way.quadrature}, "
         f"scale {way.scale:.3g}; {_estimate(chosen.estimate_db)} for {wanted:g} dB ({chosen.seconds:.2f} s)"
     )
+    if chosen.shortfall:
+        print(f"note: {chosen.shortfall}")
     image = renderer.render(view, transfer, way, counts=True)
     figures: dict[str, Any] = {
         "volume": volume.name, "shape": list(volume.shape), "dtype": str(volume.data.dtype), "wanted_db": wanted,
         "rule": way.rule, "quadrature": way.quadrature, "scale": way.scale, "estimate_db": _finite(chosen.estimate_db),
+        "interval_db": [_finite(end) for end in chosen.interval_db], "is_reached": chosen.is_reached,
         "samples": image.samples, "steps": image.steps, "seconds": image.seconds, "plan_seconds": chosen.seconds,
     }  # fmt: skip
     print(f"{image.samples:,} samples that show something, {image.steps:,} steps, {image.seconds:.3f} s")
@@ -189,8 +192,8 @@ def _write_lights(names: list[str], image: Any, path: Path) -> list[str]:
     """One picture per light, all from the same amounts; the paths."""
     from spectral_core.cli._pictures import write_picture
     from spectral_core.spectra import catalogue
+    from spectral_core.volume.image import combine
     from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
-    from spectral_core.volume.renderer import combine
 
     written = []
     chosen: list[str | None] = [*names] or [None]

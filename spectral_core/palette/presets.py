@@ -17,9 +17,10 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import WHITE_XYZ
+from spectral_core.spectra.color import WHITE_XYZ, luminance_from_linear_rgb
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+from spectral_core.spectra.start_lights import sine_light
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def hidden_mark(
     if not contrast > 1:
         raise InvalidInputError(f"contrast is {contrast}; the mark must be more than 1 time as bright as the ground")
     lights = [normalized(illuminant(name)) for name in (conceal, reveal)]
-    middle = float(np.dot((0.2126, 0.7152, 0.0722), wanted)) * light_color(lights[1])
+    middle = float(luminance_from_linear_rgb(wanted)) * light_color(lights[1])
     bright, dark = middle * np.sqrt(contrast), middle / np.sqrt(contrast)
     cells = (
         (Cell.fixed(wanted, exact=True), Cell.fixed(bright)),
@@ -87,13 +88,6 @@ def metamer_pair(
     )
     materials = (PaletteReflectance("reflectance 1"), PaletteReflectance("reflectance 2"))
     return PaletteProblem(grid, tuple(map(PaletteLight, lights)), materials, cells)
-
-
-def sine_light(period_nm: float, grid: SpectralGrid, *, luminance: float = 1.0) -> Illuminant:
-    """1 + sin(2π (λ − 400 nm) / period): the start from which the thesis designed its split lights."""
-    phase = 2 * np.pi * (grid.wavelengths_nm - 400.0) / period_nm
-    light = Illuminant(f"sine {period_nm:g} nm", grid, 1 + np.sin(phase), source="section 5.4.1")
-    return normalized(light, luminance=luminance)
 
 
 def split_light(

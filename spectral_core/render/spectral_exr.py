@@ -9,25 +9,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.exr import openexr, read_exr, write_exr
 from spectral_core.render.still import RenderResult
 
 LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
 _CHANNEL = re.compile(r"S0\.(\d+,\d+)nm")
-
-
-def openexr() -> Any:
-    """The OpenEXR module. Raises MissingDependencyError where it is not installed."""
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise MissingDependencyError.package("OpenEXR", "an EXR file", "render") from error
-    return OpenEXR
 
 
 def spectral_channel(wavelength_nm: float) -> str:
@@ -53,7 +44,7 @@ def write_spectral_exr(path: Path, result: RenderResult) -> Path:
     # EXR's first row is the top one
     pixels = {name: np.ascontiguousarray(plane[::-1], dtype=np.float32) for name, plane in planes.items()}
     header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT}
-    module.File(header, pixels).write(str(path))
+    write_exr(path, module.File(header, pixels))
     return path
 
 
@@ -62,11 +53,7 @@ def read_spectral_exr(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float
 
     Raises FileFormatError for a file that cannot be read or has no spectral channel.
     """
-    module = openexr()
-    try:
-        channels = module.File(str(path), separate_channels=True).parts[0].channels
-    except Exception as error:  # OpenEXR raises RuntimeError and others of its own
-        raise FileFormatError(f"{path} cannot be read as an EXR file ({error})") from error
+    channels = read_exr(path)[0].channels
     found = {float(match[1].replace(",", ".")): name for name in channels if (match := _CHANNEL.fullmatch(name))}
     if not found:
         raise FileFormatError(

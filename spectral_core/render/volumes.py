@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict, release
-from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 LIGHTING = ("even", "scene", "shadows")
@@ -76,20 +74,13 @@ def _lighting(volume: VolumeObject) -> str:
 
 
 def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: bool) -> SceneVolume:
-    field = ScalarVolume(volume.name, volume.data, volume.world_from_index)
-    return SceneVolume(field, _radiant(volume.transfer, lighting, spectral=spectral, own_light=own_light))
+    """The field with the gains that bring what it shows into the renderer's unit.
 
-
-def _radiant(transfer: TransferFunction, lighting: str, *, spectral: bool, own_light: bool) -> TransferFunction:
-    """Colours in the renderer's unit: spectral radiance per nm whose sum over the observer's ȳ is luminance.
-
-    The volume room counts a flat spectrum of 1 as luminance 1; here that is 1 / ∑ȳ. What reflects the scene's light
-    takes the unit from the light.
+    Spectral radiance there is per nm, and its sum over the observer's ȳ is luminance. The volume room counts a flat
+    spectrum of 1 as luminance 1; in the renderer's unit that is 1 / ∑ȳ. What reflects the scene's light takes the unit
+    from the light.
     """
     unit = 1.0 / float(observer(STANDARD).cmfs[1].sum()) if spectral else 1.0
-    factor = unit if own_light else 0.0
-    materials = tuple(
-        material if material.lit and lighting != "even" else replace(material, color=material.color * factor)
-        for material in transfer.materials
-    )
-    return replace(transfer, materials=materials)
+    own = unit if own_light else 0.0
+    gains = tuple(1.0 if m.lit and lighting != "even" else own for m in volume.transfer.materials)
+    return SceneVolume(ScalarVolume(volume.name, volume.data, volume.world_from_index), volume.transfer, gains)

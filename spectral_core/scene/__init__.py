@@ -6,6 +6,7 @@ from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import AreaLight, Light, PointLight, SpotLight, SunLight, World
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
+from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
     AddSurface,
     Diffuse,
@@ -23,6 +24,7 @@ from spectral_core.scene.surface import (
 __all__ = [
     "AddSurface", "AreaLight", "Camera", "Color", "Diffuse", "Emission", "Film", "Glass", "Glossy", "ImageTexture",
     "Instance", "Light", "Material", "Mesh", "MixSurface", "MixedPaint", "Note", "Paint", "PointLight", "Principled",
-    "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpotLight", "SunLight", "Surface", "Transparent",
+    "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface",
+    "Transparent",
     "VolumeObject", "World", "gray", "scene_hash",
 ]  # fmt: skip

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_finite
 from spectral_core.errors import InvalidInputError
+from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -62,7 +63,7 @@ class MixedPaint:
     second: Paint
 
 
-Paint = Color | Spectrum | ImageTexture | MixedPaint
+Paint = Color | Spectrum | ImageTexture | SpectralImage | MixedPaint
 """A color that varies with wavelength, with place, or with both."""
 Scalar = float | ImageTexture
 """A plain number, or one per place (the mean of an image's color channels)."""

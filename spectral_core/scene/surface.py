@@ -19,10 +19,14 @@ class Diffuse:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glossy:
-    """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle."""
+    """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
+
+    ``multiple_scattering``: whether light that bounces between facets is kept (Blender's Multiscatter GGX) or lost.
+    """
 
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.5
+    multiple_scattering: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +67,10 @@ class Principled:
     transmission: Scalar = 0.0
     coat_weight: float = 0.0
     coat_roughness: float = 0.03
+    coat_ior: float = 1.5
+    coat_tint: Paint = field(default_factory=lambda: gray(1.0))
+    diffuse_roughness: Scalar = 0.0
+    multiple_scattering: bool = True
     sheen_weight: float = 0.0
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
@@ -92,12 +100,14 @@ Surface = Diffuse | Glossy | Glass | Transparent | Emission | Principled | MixSu
 class ScatteringMedium:
     """Homogeneous participating medium inside a closed mesh, per scene unit of length.
 
-    ``density``: extinction 1/length; ``color``: single-scattering albedo; ``anisotropy``: Henyey-Greenstein g;
-    ``emission_color · emission_strength``: radiance emitted per unit length.
+    ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
+    ``color``: single-scattering albedo; ``anisotropy``: Henyey-Greenstein g; ``emission_color · emission_strength``:
+    radiance emitted per unit length.
     """
 
     density: float = 1.0
     color: Paint = field(default_factory=lambda: gray(0.5))
+    extinction: Paint | None = None
     anisotropy: float = 0.0
     emission_color: Paint = field(default_factory=lambda: gray(1.0))
     emission_strength: float = 0.0

@@ -22,6 +22,9 @@ WHITE_XYZ: Array = XYZ_FROM_RGB @ np.ones(3)
 for _constant in (RGB_FROM_XYZ, XYZ_FROM_RGB, WHITE_XYZ):
     _constant.setflags(write=False)
 
+LUMINANCE_FROM_RGB: Array = XYZ_FROM_RGB[1]
+"""Relative luminance of the three primaries: 0.2126, 0.7152, 0.0722, as the matrix above has them."""
+
 _EPSILON = 216 / 24389  # CIE 15:2018, where CIELAB turns from a cube root into a line
 _KAPPA = 24389 / 27
 
@@ -34,6 +37,12 @@ def linear_rgb_from_xyz(xyz: ArrayLike) -> Array:
 def xyz_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
     """XYZ (..., 3) from linear sRGB (..., 3)."""
     return np.asarray(linear_rgb, dtype=np.float64) @ XYZ_FROM_RGB.T
+
+
+def luminance_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
+    """Relative luminance Y (...) of linear sRGB (..., 3); 1 is the perfect white."""
+    luminance: Array = np.asarray(linear_rgb, dtype=np.float64) @ LUMINANCE_FROM_RGB
+    return luminance
 
 
 def display_rgb_from_linear(linear_rgb: ArrayLike) -> Array:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Observers: color matching functions at 1 nm, and the matrices that integrate spectra into XYZ.
 
-All integrals are sums over 1 nm steps of the tables that the CIE publishes. A product of two spectra that are
-linear between knots (a light on a surface) is integrated as such, tri-linearly, not as a product of bins.
+Spectra and color matching functions are linear between their knots. Their products are integrated exactly over the
+union of all knots, so that a line of 0.01 nm counts in full wherever it stands; the renderer integrates the same.
 """
 
 from __future__ import annotations
@@ -50,6 +50,31 @@ STANDARD = "cie_1931_2deg"
 """The observer used where none is named; the one that sRGB and the renderer are defined with."""
 
 
+def integration_points(*knots_nm: ArrayLike) -> tuple[Array, Array]:
+    """Give wavelengths and weights that integrate a product of piecewise linear spectra exactly: ∫ f dλ = Σ w f(λ).
+
+    Between neighboring knots of the union, a product of three linear functions is a cubic, and two Gauss-Legendre
+    points integrate a cubic without error (Abramowitz and Stegun 25.4.29). No point is a knot, so that a spectrum which
+    jumps to zero at the end of its grid is integrated up to that end.
+
+    Parameters
+    ----------
+    knots_nm
+        Knots of each factor, each (n,), ascending, in nm. At most three factors, or the result is approximate.
+
+    Returns
+    -------
+    Wavelengths (m,) in nm, ascending, and weights (m,) in nm; m = 0 where the factors share no range.
+    """
+    factors = [np.asarray(knots, dtype=np.float64) for knots in knots_nm]
+    low, high = max(knots[0] for knots in factors), min(knots[-1] for knots in factors)
+    union = np.unique(np.concatenate(factors))
+    union = union[(union >= low) & (union <= high)]  # beyond, one of the factors is zero
+    middle, half = (union[1:] + union[:-1]) / 2, np.diff(union) / 2
+    offset = half / np.sqrt(3.0)
+    return np.stack([middle - offset, middle + offset], axis=1).ravel(), np.repeat(half, 2)
+
+
 def xyz_from_spectrum(grid: SpectralGrid, viewer: Observer | None = None) -> Array:
     """Matrix (3, n) that integrates a radiance spectrum of ``grid`` into XYZ: ∫ hat_j · cmf dλ, in nm."""
     return xyz_from_product(None, grid, viewer)
@@ -58,32 +83,42 @@ def xyz_from_spectrum(grid: SpectralGrid, viewer: Observer | None = None) -> Arr
 def xyz_from_product(fixed: Spectrum | None, grid: SpectralGrid, viewer: Observer | None = None) -> Array:
     """Matrix (3, n) from the unknown factor of a product of spectra to XYZ: ∫ fixed · hat_j · cmf dλ (Eq. 5.8).
 
-    ``fixed`` is the known factor on any grid (the light when a reflectance is sought, the surface when a light is),
-    None for 1. On a ``"sampled"`` grid this is the thesis' plain sum over knots.
+    Exact for what is linear between knots. On a ``"sampled"`` grid it is the thesis' plain sum over knots.
+
+    Parameters
+    ----------
+    fixed
+        The known factor on any grid: the light when a reflectance is sought, the surface when a light is; None for 1.
+    grid
+        Grid of the unknown factor, n knots.
+    viewer
+        The observer; None for the standard one.
     """
     viewer = viewer or observer(STANDARD)
     if grid.interpolation == "sampled":
         knots = grid.wavelengths_nm
-        cmfs = np.stack([np.interp(knots, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
         weights = grid.cell_widths_nm if fixed is None else fixed.at(knots) * grid.cell_widths_nm
-        return cmfs * weights
-    wavelengths = viewer.wavelengths_nm
-    known = np.ones_like(wavelengths) if fixed is None else fixed.at(wavelengths)
-    return (viewer.cmfs * known) @ grid.values_from_knots(wavelengths)
+        return _cmfs_at(viewer, knots) * weights
+    known = () if fixed is None else (fixed.grid.wavelengths_nm,)
+    points, weights = integration_points(grid.wavelengths_nm, viewer.wavelengths_nm, *known)
+    if fixed is not None:
+        weights = weights * fixed.at(points)
+    return grid.against_hats(points, _cmfs_at(viewer, points) * weights)
 
 
 def linear_rgb_from_product(fixed: Spectrum | None, grid: SpectralGrid, viewer: Observer | None = None) -> Array:
-    """xyz_from_product followed by the sRGB matrix: (3, n)."""
+    """Matrix (3, n) of xyz_from_product, followed by the sRGB matrix."""
     return RGB_FROM_XYZ @ xyz_from_product(fixed, grid, viewer)
 
 
 def xyz_of(light: Spectrum, surface: Spectrum | None = None, viewer: Observer | None = None) -> Array:
-    """XYZ (3,) of a light, or of a surface under it, both on any grids; not normalized."""
+    """XYZ (3,) of a light, or of a surface under it, both on any grids; exact, not normalized."""
     viewer = viewer or observer(STANDARD)
-    stimulus = light.at(viewer.wavelengths_nm)
-    if surface is not None:
-        stimulus = stimulus * surface.at(viewer.wavelengths_nm)
-    return viewer.cmfs @ stimulus
+    factors = [light] if surface is None else [light, surface]
+    points, weights = integration_points(viewer.wavelengths_nm, *(factor.grid.wavelengths_nm for factor in factors))
+    for factor in factors:
+        weights = weights * factor.at(points)
+    return _cmfs_at(viewer, points) @ weights
 
 
 def normalized(light: Illuminant, viewer: Observer | None = None, luminance: float = 1.0) -> Illuminant:
@@ -100,6 +135,6 @@ def normalized(light: Illuminant, viewer: Observer | None = None, luminance: flo
     return light.scaled(luminance / total)
 
 
-def xyz_of_values(values: ArrayLike, grid: SpectralGrid, viewer: Observer | None = None) -> Array:
-    """XYZ (..., 3) of radiance spectra (..., n) of one grid."""
-    return np.asarray(values, dtype=np.float64) @ xyz_from_spectrum(grid, viewer).T
+def _cmfs_at(viewer: Observer, wavelengths_nm: Array) -> Array:
+    """Color matching functions (3, m), zero outside their table."""
+    return np.stack([np.interp(wavelengths_nm, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])

@@ -84,15 +84,33 @@ class SpectralGrid:
         Hat functions for both interpolations: what a ``"sampled"`` grid means differently is its integrals only.
         """
         points = np.atleast_1d(np.asarray(wavelengths_nm, dtype=np.float64))
-        knots = self.wavelengths_nm
-        left = np.clip(np.searchsorted(knots, points, side="right") - 1, 0, self.size - 2)
-        fraction = (points - knots[left]) / (knots[left + 1] - knots[left])
-        inside = (points >= knots[0]) & (points <= knots[-1])
+        left, fraction, inside = self._cells_of(points)
         matrix = np.zeros((points.size, self.size))
         rows = np.arange(points.size)
         matrix[rows, left] = np.where(inside, 1.0 - fraction, 0.0)
         matrix[rows, left + 1] = np.where(inside, fraction, 0.0)
         return matrix
+
+    def against_hats(self, wavelengths_nm: NDArray[np.float64], weighted: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum functions (c, m), given with their weights at m wavelengths (nm), against each hat function: (c, n).
+
+        ``weighted @ values_from_knots(wavelengths_nm)`` without that matrix, which is large for measured spectra.
+        """
+        left, fraction, inside = self._cells_of(wavelengths_nm)
+        low, high = np.where(inside, 1.0 - fraction, 0.0), np.where(inside, fraction, 0.0)
+        return np.stack(
+            [
+                np.bincount(left, row * low, self.size) + np.bincount(left + 1, row * high, self.size)
+                for row in np.atleast_2d(weighted)
+            ]
+        )
+
+    def _cells_of(self, points: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.bool_]]:
+        """Left knot of the cell of each point, the position within the cell, and whether the grid reaches there."""
+        knots = self.wavelengths_nm
+        left = np.clip(np.searchsorted(knots, points, side="right") - 1, 0, self.size - 2)
+        fraction = (points - knots[left]) / (knots[left + 1] - knots[left])
+        return left, fraction, (points >= knots[0]) & (points <= knots[-1])
 
     def same_as(self, other: SpectralGrid) -> bool:
         """Whether both grids have the same knots and interpolation."""

@@ -4,82 +4,31 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+import warnings
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT, find_llvm, use_newest_llvm
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
-from spectral_core.volume.march.device import DeviceTable, DeviceVolume
+from spectral_core.volume.march.device import DeviceVolume, opaque_vector
 from spectral_core.volume.march.device_grid import DeviceGrid
 from spectral_core.volume.march.gradient import gradient_magnitude
 from spectral_core.volume.march.loop import Marched, march
-from spectral_core.volume.march.march_input import USUAL, Limits, MarchInput, Quadrature, Rays, clip_to_box
-from spectral_core.volume.march.rules import RangeTables, Rule, step_grid
-from spectral_core.volume.march.tables import TransferTable, tabulate
+from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box
+from spectral_core.volume.march.path import FieldPath, Path
+from spectral_core.volume.march.rules import Rule
+from spectral_core.volume.plan import plan
+from spectral_core.volume.prepared import PreparedTransfer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of that rule
-
-
-@dataclass(frozen=True)
-class Stepping:
-    """How a march steps: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`)."""
-
-    rule: Rule = "error"
-    quadrature: Quadrature = "midpoint"
-    scale: float = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class VolumeImage:
-    """What a march recorded: enough for the picture under any light and with any palette.
-
-    ``amounts`` (height, width, K) float32, one channel per material; ``transmittance`` (height, width). ``samples``
-    counts steps that showed something, ``steps`` all turns of the loop (None if not asked for); ``seconds`` is the
-    time of the march with the copy back.
-    """
-
-    transfer: TransferFunction
-    stepping: Stepping
-    amounts: NDArray[np.float32]
-    transmittance: NDArray[np.float32]
-    seconds: float
-    samples: int | None = None
-    steps: int | None = None
-
-    def picture(self, light: ArrayLike | None = None, colors: ArrayLike | None = None) -> NDArray[np.float32]:
-        """Σ_k A_k·color_k: linear RGB or spectral radiance (height, width, 3 or wavelengths), without any ray.
-
-        ``light`` (same length as a colour) multiplies the lit materials' colours, ``colors`` (K, …) replaces them.
-        """
-        return combine(self.amounts, palette_matrix(self.transfer, light, colors))
-
-
-def palette_matrix(
-    transfer: TransferFunction, light: ArrayLike | None = None, colors: ArrayLike | None = None
-) -> NDArray[np.float64]:
-    """Colour of each material under ``light``, (K, channels): what re-illumination and re-palette change."""
-    base = transfer.colors
-    matrix = base.copy() if colors is None else np.array(frozen_array("colors", colors, base.shape))
-    if light is not None:
-        spectrum = frozen_array("light", light, (base.shape[1],))
-        lit = [k for k, material in enumerate(transfer.materials) if material.lit]
-        matrix[lit] *= spectrum
-    return matrix
-
-
-def combine(amounts: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(height, width, K) amounts times (K, channels), as one float32 matrix product."""
-    flat = amounts.reshape(-1, amounts.shape[-1]) @ matrix.astype(np.float32)
-    return flat.reshape(*amounts.shape[:-1], matrix.shape[1])
 
 
 class VolumeRenderer:
@@ -120,6 +69,14 @@ class VolumeRenderer:
             self._prepared = (transfer, PreparedTransfer(self, transfer))
         return self._prepared[1]
 
+    def shown_corners(self, transfer: TransferFunction) -> NDArray[np.float64]:
+        """World corners (8, 3) of the part of the field that ``transfer`` shows; of all of it if that is none."""
+        low, high = self.prepare(transfer).grid("error").grid.bounds(self.volume.shape)
+        if low[0] > high[0]:
+            return self.volume.corners_world
+        corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
+        return corners @ self.volume.to_world[:3, :3].T + self.volume.to_world[:3, 3]
+
     def render(
         self,
         view: View,
@@ -134,9 +91,10 @@ class VolumeRenderer:
         A picture that others are held against takes ``REFERENCE`` for its limits.
         """
         if stepping is None:
-            from spectral_core.volume.plan import plan
-
-            stepping = plan(self, view, transfer).stepping
+            chosen = plan(self, view, transfer)
+            stepping = chosen.stepping
+            if chosen.shortfall:
+                warnings.warn(chosen.shortfall, stacklevel=2)
         import drjit as dr
 
         start = time.perf_counter()
@@ -181,73 +139,24 @@ class VolumeRenderer:
         counts: bool,
     ) -> Marched:
         data = self.prepare(transfer).march_input(stepping, limits)
-        return march(data, self._rays(view, pixels, data.grid), counts=counts)
+        rays = self._rays(view, pixels, data.grid)
+        return march(Path((FieldPath(data, rays),), rays.length, rays.world), counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         import drjit as dr
 
         types = self.types
         coefficients, back = view.index_rays(self.volume)
-        c = [[[dr.opaque(types.Float, float(v)) for v in row] for row in block] for block in coefficients]
-        x, y = pixels
-        point, along, world = ([dr.fma(y, b[2][a], dr.fma(x, b[1][a], b[0][a])) for a in range(3)] for b in c)
-        length = dr.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
+        x, y = (types.Array3f(each) for each in pixels)
+        point, along, world = (
+            dr.fma(y, per_y, dr.fma(x, per_x, fixed))
+            for fixed, per_x, per_y in ([opaque_vector(types, row) for row in block] for block in coefficients)
+        )
+        length = dr.sqrt(dr.dot(along, along))
         inverse = 1.0 / length
-        per_index = dr.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2) * inverse
+        per_index = dr.sqrt(dr.dot(world, world)) * inverse
         begin = -dr.opaque(types.Float, min(back, 1e15)) * length
-        return clip_to_box(grid, point, [a * inverse for a in along], per_index, begin)
-
-
-class PreparedTransfer:
-    """A transfer function made ready for one field: its table, and step grids as they are asked for."""
-
-    def __init__(self, renderer: VolumeRenderer, transfer: TransferFunction) -> None:
-        self.renderer = renderer
-        gradient = renderer.gradient if transfer.uses_gradient else None
-        highest = gradient.volume.value_range[1] if gradient else 0.0
-        self.table: TransferTable = tabulate(transfer, renderer.volume, highest)
-        self.gradient, self.weights = gradient, None
-        if gradient and self.table.weights is not None:
-            over = TransferTable(0.0, highest, self.table.weights, len(transfer.materials))
-            self.weights = DeviceTable(renderer.types, over, gradient, integrals=False, clearance=False)
-        self.ranges = RangeTables(self.table, float(np.prod(renderer.volume.voxel_size) ** (1 / 3)))
-        self._grids: dict[Rule, DeviceGrid] = {}
-        self._tables: dict[tuple[bool, bool], DeviceTable] = {}
-
-    def grid(self, rule: Rule) -> DeviceGrid:
-        """The step grid of ``rule`` on the device."""
-        if rule not in self._grids:
-            made = step_grid(rule, self.renderer.statistics(rule), self.ranges)
-            self._grids[rule] = DeviceGrid(self.renderer.types, made, self.renderer.volume.shape)
-        return self._grids[rule]
-
-    def march_input(self, stepping: Stepping, limits: Limits = USUAL) -> MarchInput:
-        """What ``march`` takes; numbers that may change without another kernel are opaque."""
-        import drjit as dr
-
-        types, quadrature = self.renderer.types, stepping.quadrature
-        with_integrals = quadrature == "preintegrated"
-        grid = self.grid(stepping.rule)
-        kind = (with_integrals, grid.grid.adapts)
-        if kind not in self._tables:
-            device = self.renderer.device_volume
-            self._tables[kind] = DeviceTable(types, self.table, device, integrals=kind[0], clearance=kind[1])
-        scale, floor, boldest = (
-            dr.opaque(types.Float, float(v)) for v in (stepping.scale, limits.least_transmittance, limits.boldest)
-        )
-        if self.gradient and with_integrals:
-            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
-        return MarchInput(
-            self.renderer.device_volume,
-            grid,
-            self._tables[kind],
-            scale,
-            quadrature,
-            floor,
-            boldest,
-            self.gradient,
-            self.weights,
-        )
+        return clip_to_box(grid, point, along * inverse, per_index, begin)
 
 
 def array_types(backend: str) -> Any:

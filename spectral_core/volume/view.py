@@ -40,6 +40,11 @@ class View:
         else:
             require_range("fov_deg", self.fov_deg, 0.01, 170.0, "°")
 
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for equal views: what a plan may be kept under."""
+        return self.to_world.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width
+
     @classmethod
     def looking(cls, origin: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), **rest: Any) -> View:
         """From ``origin`` towards ``target`` (3,), world units; ``up`` may not be parallel to that. Rest as fields."""

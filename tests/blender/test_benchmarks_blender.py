@@ -33,3 +33,12 @@ def test_translate_speed_runs(blender):
 
     figures = translate_speed.run(Options(quick=True))
     assert figures["flat"]["triangles"] == 20000 and figures["many instances of one cube"]["instances"] == 500
+
+
+def test_single_features_against_cycles(blender):
+    """The stage itself and one lamp agree with Cycles; a feature that is wrong without a note would be said."""
+    from benchmarks import render_features
+
+    figures = render_features.run(Options(quick=True, extra=["--only", "film/stage", "lamps/area disk"]))
+    assert {row["verdict"] for row in figures["scenes"].values()} == {render_features.AGREES}, figures
+    assert figures["holds"]["none silently wrong"] and not figures["holds"]["at least 250 scenes"]

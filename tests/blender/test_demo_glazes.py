@@ -9,7 +9,7 @@ import numpy as np
 
 
 def test_ground_and_mark_are_named_alike_in_the_scene_and_in_the_files(blender, tmp_path: Path) -> None:
-    from blender_addon.properties.spectrum import spectrum_of
+    from blender_addon.translate.spectra.stored import spectrum_of
     from examples.demo import materials, run, still_life
     from spectral_core.spectra.files import read_spectra
 

@@ -84,7 +84,7 @@ def test_exposure_and_power_over_area(build, translate):
 
 def test_a_lamps_nodes_and_spectrum(build, translate):
     from blender_addon import compat
-    from blender_addon.properties.spectrum import store_spectrum
+    from blender_addon.translate.spectra.stored import store_spectrum
     from spectral_core.spectra.catalogue import illuminant
 
     lamp = build.light("POINT", 10)

@@ -240,7 +240,7 @@ def test_what_is_not_understood_is_named_once_each(build, surface):
 
 @pytest.mark.parametrize("kind", ["material", "node", "both"])
 def test_a_spectrum_takes_the_place_of_the_main_color(build, surface, kind):
-    from blender_addon.properties.spectrum import store_spectrum
+    from blender_addon.translate.spectra.stored import store_spectrum
 
     grid = SpectralGrid.uniform()
     material = build.material(shader="ShaderNodeBsdfPrincipled")

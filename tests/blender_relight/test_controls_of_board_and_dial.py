@@ -16,7 +16,7 @@ ENERGY = 'bpy.data.lights["Key"].energy'
 @pytest.fixture
 def running(stage):
     """Start the stage's board after ``settings`` were made; stopped in the end."""
-    from blender_addon.properties import mixing_board_live
+    from blender_addon.editing.board import live as mixing_board_live
 
     def start():
         bpy.ops.spectral.board_start()

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.drawing.light_dial_shape import DialShape, Target, snapped, tooltip
+from blender_addon.drawing.dial_shape import DialShape, Target, snapped, tooltip
 
 PAGE = Path(__file__).parents[2] / "docs" / "relight.md"
 BULBS = [(0.0, 1.0), (0.9, -0.5), (-0.9, -0.5)]

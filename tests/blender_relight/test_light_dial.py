@@ -30,7 +30,7 @@ def test_apply_then_render_is_the_dialled_picture_and_restore_takes_it_back(stag
     before = f12()
     dial.selector = (0.3, -0.4)
     dial.intensity = 2.5
-    from blender_addon.properties.light_dial_live import weights_of
+    from blender_addon.editing.dial.live import weights_of
 
     weights = dict(zip(bulbs(dial), weights_of(dial), strict=True))
     bpy.ops.spectral.dial_apply()
@@ -69,7 +69,7 @@ def test_a_keyframed_selector_moves_the_picture_with_the_frames(dial, picture, s
         dial.selector = place
         assert dial.keyframe_insert("selector", frame=frame)
     dial.intensity = 1.0
-    from blender_addon.properties.light_dial_live import live_mix, weights_of
+    from blender_addon.editing.dial.live import live_mix, weights_of
 
     seen = []
     for frame in (1, 3, 5):
@@ -141,7 +141,7 @@ def test_a_deleted_light_is_said_and_nothing_is_written(dial):
 
 
 def test_bake_makes_one_light_of_the_mixed_spectrum(stage, dial):
-    from blender_addon.properties.spectrum import spectrum_of
+    from blender_addon.translate.spectra.stored import spectrum_of
     from spectral_core.spectra.color import linear_rgb_from_xyz
     from spectral_core.spectra.observer import xyz_of
 
@@ -186,3 +186,17 @@ def test_groups_of_blender_and_lamps_in_bands(stage, picture, f12):
     rendered = f12()
     assert bpy.data.objects["Key"].data.spectral.spectrum_name
     np.testing.assert_allclose(picture()[..., :3].mean(axis=(0, 1)), rendered[..., :3].mean(axis=(0, 1)), rtol=0.15)
+
+
+def test_a_path_of_a_foreign_file_is_not_overwritten_and_the_recording_is_kept(dial, picture, tmp_path):
+    victim = tmp_path / "thesis.txt"
+    victim.write_text("three years of work")
+    dial.filepath = str(victim)
+    with pytest.raises(RuntimeError, match="no transport file, so it is not replaced"):
+        bpy.ops.spectral.dial_record()
+    assert victim.read_text() == "three years of work"
+    bpy.ops.spectral.dial_show()
+    assert picture()[..., :3].any()
+    bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "elsewhere.exr"))
+    assert dial.filepath == str(tmp_path / "elsewhere.exr")
+    bpy.ops.spectral.dial_record()  # an earlier transport is replaced

@@ -19,7 +19,7 @@ SELECTOR = 'bpy.data.scenes["Scene"].spectral.dial.selector[0]'
 @pytest.fixture
 def board(stage):
     """The stage's board on any free OSC port, without MIDI, started; stopped in the end."""
-    from blender_addon.properties import mixing_board_live
+    from blender_addon.editing.board import live as mixing_board_live
 
     settings = stage.spectral.board
     settings.use_midi, settings.osc_port = False, 0
@@ -33,7 +33,7 @@ def fader(board):
     """Send positions to addresses, wait until the board has them, and let Blender read."""
     from pythonosc.udp_client import SimpleUDPClient
 
-    from blender_addon.properties import mixing_board_live
+    from blender_addon.editing.board import live as mixing_board_live
 
     running = mixing_board_live.session()
     client = SimpleUDPClient("127.0.0.1", running.osc_port)
@@ -90,7 +90,7 @@ def test_bounds_stay_in_order(board, fader):
 
 
 def test_motors_follow_a_number_that_moved_otherwise(board, fader):
-    from blender_addon.properties import mixing_board_live
+    from blender_addon.editing.board import live as mixing_board_live
 
     sent = []
     link = mixing_board_live.session().links[0]
@@ -116,7 +116,7 @@ def test_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
     path = tmp_path / "motion.json"
     bpy.ops.spectral.board_motion(filepath=str(path))
     assert set(Recording.load(path).targets) == {ENERGY, SIZE}
-    assert json.loads(path.read_text())["kind"] == "spectral-scene fader recording"
+    assert json.loads(path.read_text())["format"] == "spectral-scene fader recording"
     assert len(board.simultaneity.splitlines()) == 2
 
 
@@ -136,7 +136,7 @@ def test_what_is_no_number_is_refused(board, path, message):
 
 
 def test_numbers_of_all_kinds_are_found(stage):
-    from blender_addon.properties.mixing_board_paths import number_at
+    from blender_addon.editing.board.paths import number_at
 
     key = bpy.data.objects["Key"]
     key["my size"] = 2.0
@@ -155,7 +155,7 @@ def test_numbers_of_all_kinds_are_found(stage):
 
 
 def test_absent_hardware_is_said_and_is_no_error(stage, monkeypatch, capfd):
-    from blender_addon.properties import mixing_board_live
+    from blender_addon.editing.board import live as mixing_board_live
     from spectral_core.explore.board import midi
 
     monkeypatch.setattr(midi, "port_names", list)

@@ -17,8 +17,8 @@ sys.path[:0] = os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep)
 import bpy
 
 import blender_addon
-from blender_addon.panels import light_dial as dial_panels
-from blender_addon.panels import mixing_board as board_panels
+from blender_addon.panels import board as board_panels
+from blender_addon.panels import dial as dial_panels
 
 STEP_SECONDS = 90.0
 facts: dict = {"version": bpy.app.version_string, "errors": []}
@@ -47,8 +47,8 @@ blender_addon.register()
 bpy.context.preferences.view.show_splash = False
 bpy.ops.wm.open_mainfile(filepath=os.environ["SPECTRAL_STAGE"], load_ui=False)
 
-from blender_addon.drawing import light_dial as drawn
-from blender_addon.operators import light_dial_drag
+from blender_addon.drawing import dial as drawn
+from blender_addon.operators import dial_drag
 
 
 def scene():
@@ -191,7 +191,7 @@ STEPS = [
     (lambda: None, lambda: True),
     (arrange, lambda: any(area.type == "IMAGE_EDITOR" for area in window().screen.areas)),
     (open_tab, tab_open),
-    (play, lambda: bool(light_dial_drag.running)),
+    (play, lambda: bool(dial_drag.running)),
     (press, lambda: True),
     (drag, dragged),
     (release, lambda: True),
@@ -199,7 +199,7 @@ STEPS = [
     (drag_bulb, bulb_moved),
     (keys, keyed),
     (pose, posed),
-    (escape, lambda: not light_dial_drag.running),
+    (escape, lambda: not dial_drag.running),
 ]
 state = {"step": 0, "since": perf_counter(), "done": False}
 

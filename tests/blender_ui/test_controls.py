@@ -41,8 +41,7 @@ SHOWN_OPERATORS = sorted(
 @pytest.fixture
 def groups(registered):
     """All property groups of the extension, as RNA."""
-    classes = [cls for module in interface.PROPERTIES for cls in getattr(module, "CLASSES", ())]
-    return [cls.bl_rna for cls in (*classes, interface.scene.SpectralScene)]
+    return [cls.bl_rna for module in interface.modules_of("properties") for cls in module.CLASSES]
 
 
 @cache

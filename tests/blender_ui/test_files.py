@@ -8,9 +8,9 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.properties.palette_problem import palette_problem
-from blender_addon.properties.palette_table import places
-from blender_addon.properties.spectrum import spectrum_of
+from blender_addon.translate.palette.problem import palette_problem
+from blender_addon.translate.palette.table import places
+from blender_addon.translate.spectra.stored import spectrum_of
 from spectral_core.palette.files import read_swatches
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import display_rgb_from_linear

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.properties.palette_problem import palette_problem
+from blender_addon.translate.palette.problem import palette_problem
 from spectral_core.palette import solve_palette
 
 
@@ -63,7 +63,7 @@ def edited_row(cell, palette):
 @pytest.mark.parametrize("preset", ["HIDDEN_MARK", "METAMER_PAIR"])
 def test_the_live_session_follows_every_kind_of_edit_to_the_full_solution(blender, preset):
     """Where only materials are designed one convex solve is the whole answer, so both must agree."""
-    from blender_addon.properties.palette_solve import solve_live
+    from blender_addon.editing.palette.solve import solve_live
 
     blender.ops.spectral.palette_preset(preset=preset)
     palette = blender.context.scene.spectral.palette

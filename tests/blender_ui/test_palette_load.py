@@ -11,8 +11,8 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.properties.palette_load import store_problem
-from blender_addon.properties.palette_problem import palette_problem
+from blender_addon.translate.palette.load import store_problem
+from blender_addon.translate.palette.problem import palette_problem
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import (
     Cell,

@@ -9,9 +9,9 @@ import pytest
 pytest.importorskip("bpy")
 
 from blender_addon.operators.palette_solve import PRESETS
-from blender_addon.properties.palette_problem import palette_problem
-from blender_addon.properties.palette_table import places, references
-from blender_addon.properties.spectrum import spectrum_of, strength_of
+from blender_addon.translate.palette.problem import palette_problem
+from blender_addon.translate.palette.table import places, references
+from blender_addon.translate.spectra.stored import spectrum_of, strength_of
 from spectral_core.palette import presets, solve_palette
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_rgb_from_xyz
 from spectral_core.spectra.observer import normalized, xyz_of

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.properties import palette_table as table
+from blender_addon.translate.palette import table
 
 
 @pytest.fixture

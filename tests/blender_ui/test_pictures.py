@@ -12,7 +12,7 @@ from blender_addon.drawing import icons
 from blender_addon.drawing.curve_image import LINE, MARGIN, SPAN_NM, curve_picture, swatch_picture, wavelength_colors
 from blender_addon.drawing.curve_plot import Plot, side_by_side
 from blender_addon.panels.swatches import LAMPS, NO_SWATCH, swatches_of
-from blender_addon.properties.spectrum import store_spectrum
+from blender_addon.translate.spectra.stored import store_spectrum
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import (
     delta_e_2000,

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.properties.render import overrides_of
+from blender_addon.translate.settings import overrides_of
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.properties import spectrum as properties
+from blender_addon.translate.spectra import stored as properties
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid

@@ -128,8 +128,8 @@ def test_everything_survives_the_file(blender, ramp, tmp_path):
 
 
 def test_jumps_and_round_curves(blender, ramp):
-    from blender_addon.properties import volume as stored
-    from blender_addon.properties import volume_transfer
+    from blender_addon.translate.volume_looks import curves as stored
+    from blender_addon.translate.volume_looks import transfer as volume_transfer
 
     data = imported(ramp[0]).data
     stored.clear(data)

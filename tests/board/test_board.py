@@ -182,5 +182,5 @@ def test_events_become_paths_and_odd_files_are_refused(tmp_path: Path) -> None:
 
     np.testing.assert_array_equal(recording.positions, [[0.0, 0.1], [0.5, 0.25]])
     (tmp_path / "x.json").write_text("{}")
-    with pytest.raises(FileFormatError, match="is not a fader recording"):
+    with pytest.raises(FileFormatError, match="has no 'format'"):
         Recording.load(tmp_path / "x.json")

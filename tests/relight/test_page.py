@@ -17,7 +17,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
 from spectral_core.render.relight.mix import LiveMix
 from spectral_core.render.relight.page import write_page
-from spectral_core.render.relight.storage import Storage
+from spectral_core.render.relight.storage import MixtureStorage
 from spectral_core.render.relight.transport import Transport
 from spectral_core.spectra.color import display_rgb_from_linear
 
@@ -52,7 +52,7 @@ def transport_of(layers: np.ndarray) -> Transport:
     """A dial transport of given (groups, 3, height, width) layers."""
     count, _, height, width = layers.shape
     names = tuple(f"light {k}" for k in range(count))
-    return Transport(Storage.dial(), names, layers.astype(np.float32), np.ones((height, width), np.float32),
+    return Transport(MixtureStorage(), names, layers.astype(np.float32), np.ones((height, width), np.float32),
                      (None,) * count, 1.0, "0" * 64, 1, 0)  # fmt: skip
 
 

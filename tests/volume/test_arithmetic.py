@@ -6,7 +6,7 @@ import pytest
 
 from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.march.arithmetic import bounded, larger, smaller, step_growth
-from spectral_core.volume.march.device import _aligned
+from spectral_core.volume.march.device import aligned
 
 pytest.importorskip("drjit")
 use_newest_llvm()
@@ -25,15 +25,13 @@ def test_they_are_what_numpy_says(rng):
 
 def test_growth_is_near_enough():
     import drjit.llvm as types
-    import drjit.scalar
 
     values = np.logspace(-6, 0, 500).astype(np.float32)
     assert np.allclose(step_growth(types, types.Float(values)).numpy(), values**-0.3125, rtol=0.05)
-    assert step_growth(drjit.scalar, 2.0**-16) == pytest.approx(2.0**5)
 
 
 def test_tables_lie_where_one_load_reads_a_record(rng):
     for size in (8, 24, 1000):
         values = rng.random(size).astype(np.float32)
-        placed = _aligned(values)
+        placed = aligned(values)
         assert placed.ctypes.data % 64 == 0 and np.array_equal(placed, values)

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march.brick_word import BrickWord
 from spectral_core.volume.march.bricks import brick_statistics, voxel_statistics
 from spectral_core.volume.march.march_input import REFERENCE, Limits
-from spectral_core.volume.march.rules import EMPTY, RangeTables, step_grid
+from spectral_core.volume.march.ranges import RangeTables
+from spectral_core.volume.march.rules import step_grid
 from spectral_core.volume.march.tables import tabulate
-from spectral_core.volume.plan import snr_db
+from spectral_core.volume.pilot import snr_db
 from spectral_core.volume.presets import preset
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import Material, TransferFunction
@@ -35,29 +37,29 @@ def function(pieces):
 def test_clearance_is_the_distance_to_what_shows_and_never_more(name, rng):
     volume = ScalarVolume("v", rng.random((9, 9, 9)))
     table = tabulate(function(FUNCTIONS[name]), volume)
-    at = np.concatenate([rng.uniform(-300, table.cells + 300, 400), np.arange(0.0, table.cells, 37.0)])
-    row = np.clip(at + 1.0, 0, table.cells + 1).astype(int)
-    value, rise = table.clearance[row].T
-    stated = value + (at - np.maximum(row - 1, 0)) * rise
-    shown = (table.columns > 0).any(axis=1)
-    lit = np.flatnonzero(shown[1:] | shown[:-1]).astype(float)  # cells, each from its number to one more
-    ends = [(c, c + 1.0) for c in lit] + [(-np.inf, 0.0)] * bool(shown[0]) + [(table.cells, np.inf)] * bool(shown[-1])
-    if not ends:
-        assert (stated > 1e6).all()
+    at = np.concatenate([rng.uniform(-0.3, 1.3, 400), table.knots])
+    segment = np.searchsorted(table.knots, at, side="right")
+    stated = np.where(table.is_empty[segment], np.abs(at - table.anchors[segment]), 0.0)
+    # Exhaustively: the nearest of very many values that show something, among those that a field of 0 to 1 can have.
+    low, high = volume.value_range
+    many = np.unique(np.concatenate([np.linspace(low, high, 200_001), table.knots, np.nextafter(table.knots, -9)]))
+    shown = many[function(FUNCTIONS[name]).curves(many)[1].any(axis=-1)]
+    if not len(shown):
+        assert np.isinf(stated).all()
         return
-    low, high = np.array(ends).T
-    true = np.maximum(np.maximum(low - at[:, None], at[:, None] - high), 0.0).min(axis=1)
-    assert (stated <= true + 1e-3).all() and (stated >= true - 1.0).all()
+    inside = (at >= low) & (at <= high)
+    true = np.abs(at[inside, None] - shown[None, :]).min(axis=1)
+    assert np.allclose(stated[inside], true, atol=1e-5)
 
 
-def test_words_hold_how_far_a_ray_goes_per_cell_and_never_too_far(rng):
+def test_words_hold_how_far_a_ray_goes_per_stored_unit_and_never_too_far(rng):
     volume = ScalarVolume("v", rng.normal(0, 20, (17, 17, 17)))
     statistics = brick_statistics(volume, 4)
     ranges = RangeTables(tabulate(function([([-5, 0, 5], [0, 1, 0])]), volume), 1.0)
-    words = step_grid("error", statistics, ranges).words
-    shows = words < EMPTY
-    exact = (ranges.table.high - ranges.table.low) / ranges.table.cells / statistics.slope
-    stated = (words << np.uint32(16)).view(np.float32)
+    words = step_grid("error", statistics, ranges, unit=8.0).words
+    shows = BrickWord.shown(words)
+    exact = 8.0 / statistics.slope
+    stated = BrickWord.paces_of(words)
     assert shows.any() and (stated[shows] <= exact[shows]).all() and (stated[shows] >= 0.99 * exact[shows]).all()
 
 
@@ -74,7 +76,8 @@ def test_slopes_survive_data_whose_squares_do_not(scale, rng):
 @pytest.mark.parametrize("name", ["marschner-lobb", "noise", "shells", "gaussians"])
 def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
     pytest.importorskip("drjit")
-    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+    from spectral_core.volume.image import Stepping
+    from spectral_core.volume.renderer import VolumeRenderer
 
     volume = sample_volume(name, 40)
     transfer = preset("narrow", volume)
@@ -95,7 +98,8 @@ def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
 
 def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
     pytest.importorskip("drjit")
-    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+    from spectral_core.volume.image import Stepping
+    from spectral_core.volume.renderer import VolumeRenderer
 
     line = np.linspace(0.0, 1.0, 65)
     volume = ScalarVolume("ramp", np.broadcast_to(line[:, None, None], (65, 65, 65)).copy())
@@ -109,7 +113,8 @@ def test_a_field_far_from_the_function_is_passed_in_a_few_turns():
 
 def through(volume, transfer, origin, direction, scale):
     """Transmittance of one ray, marched with midpoints by the `error` rule and by fine uniform steps."""
-    from spectral_core.volume.renderer import Stepping, VolumeRenderer
+    from spectral_core.volume.image import Stepping
+    from spectral_core.volume.renderer import VolumeRenderer
 
     ahead = np.asarray(origin) + np.asarray(direction)
     view = View.looking(origin, ahead, [0.0, 0.3, 1.0], width=1, height=1, fov_deg=None, ortho_width=1e-6)

@@ -7,10 +7,15 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.volume.plan import Pilot, estimate, plan, snr_db
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.march.march_input import REFERENCE
+from spectral_core.volume.pilot import Pilot, snr_db
+from spectral_core.volume.plan import estimate, plan
 from spectral_core.volume.presets import PRESETS, preset
-from spectral_core.volume.renderer import Stepping, VolumeRenderer
+from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.samples import SAMPLES, sample_volume
+from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
 
 pytest.importorskip("drjit")
@@ -98,3 +103,47 @@ def test_every_preset_and_sample_fits_together():
         for key in PRESETS:
             curves = preset(key, volume, 2.0).scaled(0.5)
             assert all(np.isfinite(material.extinction).all() for material in curves.materials)
+
+
+def _step_with_a_one_value_peak():
+    data = np.zeros((20, 20, 20), np.uint8)
+    data[10:] = 255
+    volume = ScalarVolume("step", data)
+    peak = Material("edge", [127, 128, 129], [0, 20, 0], [1, 1, 1])
+    return volume, TransferFunction((peak,)), View.around(volume, 30.0, 20.0, width=48, height=48)
+
+
+@pytest.mark.parametrize("quality", [30.0, 50.0, 60.0])
+def test_a_way_that_reaches_the_target_is_taken_over_one_that_misses_everything(quality):
+    """Uniform midpoint steps over the peak, so they show few samples and look cheap; the picture would be black."""
+    volume, transfer, view = _step_with_a_one_value_peak()
+    renderer = VolumeRenderer(volume)
+    made = plan(renderer, view, transfer, quality)
+    picture = renderer.render(view, transfer, made.stepping).picture()
+    exact = renderer.render(view, transfer, Stepping("uniform", "preintegrated", 0.01), limits=REFERENCE).picture()
+    assert made.is_reached and made.shortfall is None
+    assert picture.sum() == pytest.approx(exact.sum(), rel=0.05)
+
+
+def test_a_higher_target_is_met_no_worse_than_a_lower_one():
+    volume, transfer, view = _step_with_a_one_value_peak()
+    stated = [plan(VolumeRenderer(volume), view, transfer, q, quadrature="preintegrated").estimate_db for q in (40, 50)]
+    assert stated[0] >= 40.0 and stated[1] >= 50.0
+
+
+def test_a_target_out_of_reach_is_said():
+    volume, transfer, view = _step_with_a_one_value_peak()
+    made = plan(VolumeRenderer(volume), view, transfer, 50.0, rule="uniform", quadrature="midpoint")
+    assert not made.is_reached
+    assert "50 dB is not reached" in made.shortfall and "'auto'" in made.shortfall
+    assert made.estimate_db == max(trial.snr_db for trial in made.trials)
+
+
+def test_few_rays_with_most_of_the_error_ask_for_more_rays(renderers):
+    renderer = renderers["shells"]
+    solid = TransferFunction((Material("solid", [90, 90, 255], [0, 20, 20], [1, 1, 1]),))
+    view = View.around(renderer.volume, 50.0, 30.0, width=200, height=200)
+    made = plan(renderer, view, solid, 45.0)
+    low, high = made.interval_db
+    assert low < made.estimate_db < high
+    assert high - low < 6.0

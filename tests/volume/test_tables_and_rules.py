@@ -6,11 +6,12 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.march.brick_word import REACHES, BrickWord
 from spectral_core.volume.march.bricks import brick_statistics
-from spectral_core.volume.march.rules import EMPTY, LEAPS, RangeTables, leap_words, step_grid
+from spectral_core.volume.march.ranges import RangeTables
+from spectral_core.volume.march.rules import step_grid
 from spectral_core.volume.march.tables import tabulate
 from spectral_core.volume.transfer import Material, TransferFunction, interpolate
-from tests.volume.cases import blob, two_tents
 
 
 def slow_statistics(volume, edge):
@@ -43,19 +44,19 @@ def test_brick_statistics_match_the_slow_ones(shape, edge, dtype, rng):
     ).all()
 
 
-def test_leaps_are_empty_and_as_long_as_the_list_allows(rng):
+def test_skips_are_empty_and_as_long_as_the_list_allows(rng):
     shows = rng.random((7, 9, 12)) < 0.02
-    words, around = leap_words(shows), np.pad(shows, 40)
+    words, around = BrickWord.pack_empty(shows), np.pad(shows, 40)
     for brick in zip(*np.nonzero(~shows), strict=True):
         for octant in range(8):
-            level = int(words[brick]) >> (3 * octant) & 7
+            level = BrickWord.level_of(words[brick], octant)
 
             def empty(size, brick=brick, octant=octant):
                 ahead = [slice(i + 41 - size, i + 41) if octant >> axis & 1 else slice(i + 40, i + 40 + size)
                          for axis, i in zip((2, 1, 0), brick, strict=True)]  # fmt: skip
                 return not around[tuple(ahead)].any()
 
-            assert empty(LEAPS[level]) and (level == 7 or not empty(LEAPS[level + 1]))
+            assert empty(REACHES[level]) and (level == 7 or not empty(REACHES[level + 1]))
 
 
 @pytest.mark.parametrize("rule", ["uniform", "error"])
@@ -67,21 +68,7 @@ def test_a_brick_shows_exactly_if_some_value_in_its_range_does(rule, rng):
     grid = step_grid(rule, statistics, RangeTables(tabulate(transfer, volume), 1.0))
     inside = [((statistics.high > a) & (statistics.low < b)) for a, b in ((3.0, 4.0), (90.0, 95.0))]
     inside.append((statistics.high >= 90.0) & (statistics.low <= 90.0))
-    assert np.array_equal(grid.words < EMPTY, np.logical_or.reduce(inside))
-
-
-def test_table_meets_the_curves_and_its_integrals_are_exact(rng):
-    volume, transfer = blob(16, np.float64), two_tents()
-    table = tabulate(transfer, volume)
-    at = np.linspace(table.low, table.high, table.cells + 1)
-    assert np.allclose(table.columns, transfer.curves(at)[1], atol=1e-12)
-    between = rng.uniform(table.low, table.high, 4000)
-    linear = np.stack([np.interp(between, at, column) for column in table.columns.T], axis=-1)
-    exact = transfer.curves(between)[1]
-    assert np.sqrt(np.mean((linear - exact) ** 2)) < 2e-4 * np.sqrt(np.mean(exact**2))
-    fine = np.linspace(table.low, table.high, 64 * table.cells + 1)
-    middles = transfer.curves(0.5 * (fine[1:] + fine[:-1]))[1]
-    assert np.allclose(table.integrals[-1] / table.cells, middles.mean(axis=0), rtol=1e-5)
+    assert np.array_equal(BrickWord.shown(grid.words), np.logical_or.reduce(inside))
 
 
 def test_jump_takes_the_later_knot():

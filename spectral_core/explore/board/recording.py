@@ -3,18 +3,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.documents import Schema, read_document, write_document
+from spectral_core.errors import InvalidInputError
 
 Array = NDArray[np.float64]
+FORMAT, VERSION = "spectral-scene fader recording", 1
+RECORDING_SCHEMA = Schema("spectral_core.explore.board", "recording.schema.json")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,21 +48,23 @@ class Recording:
         return cls(targets, times, path)
 
     def save(self, path: Path) -> None:
-        """Write as JSON."""
-        data = {"kind": "spectral-scene fader recording", "version": 1, "targets": list(self.targets),
-                "times": self.times.tolist(), "positions": self.positions.tolist()}  # fmt: skip
-        path.write_text(json.dumps(data), "utf-8")
+        """Write as a document in JSON or TOML. Raises FileWriteError."""
+        times, positions = self.times.tolist(), self.positions.tolist()
+        document = {"format": FORMAT, "version": VERSION, "targets": list(self.targets)}
+        write_document(path, {**document, "times": times, "positions": positions}, what="recordings", indent=None)
 
     @classmethod
     def load(cls, path: Path) -> Self:
         """Read what save() wrote. Raises FileFormatError for anything else."""
-        try:
-            data = json.loads(path.read_text("utf-8"))
-            if data["kind"] != "spectral-scene fader recording":
-                raise KeyError(data["kind"])
-            return cls(tuple(data["targets"]), np.array(data["times"]), np.array(data["positions"]))
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise FileFormatError(f"{path} is not a fader recording of this program ({error})") from error
+        return read_document(path, cls._of_document, "a fader recording")
+
+    @classmethod
+    def _of_document(cls, document: Any, _folder: Path) -> Self:
+        if isinstance(document, dict) and "kind" in document:  # how recordings of 2026 name their format
+            document = {"format": document["kind"], **{key: document[key] for key in document if key != "kind"}}
+        RECORDING_SCHEMA.require_valid(document)
+        positions = document["positions"] or np.zeros((0, len(document["targets"])))  # without samples, no rows
+        return cls(tuple(document["targets"]), document["times"], positions)
 
 
 def simultaneity(recording: Recording) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
+from spectral_core.files.whole import whole_file
 from spectral_core.lattice.catalogue import make_lattice
 from spectral_core.lattice.congruence import are_similar
 from spectral_core.lattice.construction import Lattice, all_lattices
@@ -39,7 +40,8 @@ def draw(name: str, path: Path, rate: int = 2) -> Path:
     if rate not in (2, 3):
         raise InvalidInputError(f"pictures are drawn for rates 2 and 3, not {rate}")
     figure = PICTURES[name](_pyplot(), rate)
-    figure.savefig(path, dpi=140, facecolor="white")
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished, dpi=140, facecolor="white")
     _pyplot().close(figure)
     return path
 

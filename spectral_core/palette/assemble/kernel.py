@@ -13,7 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import STANDARD, observer, xyz_from_product, xyz_of
+from spectral_core.spectra.observer import (
+    STANDARD,
+    Observer,
+    integration_points,
+    observer,
+    xyz_from_product,
+    xyz_of,
+)
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -30,20 +37,24 @@ class ColorKernel:
         self.grid = grid
         self.observers = observers
         self._viewers = [observer(name) for name in observers]
-        first = float(self._viewers[0].cmfs[1].sum())
-        self._scales = [first / float(viewer.cmfs[1].sum()) for viewer in self._viewers]
+        first = _equal_energy_luminance(self._viewers[0])
+        self._scales = [first / _equal_energy_luminance(viewer) for viewer in self._viewers]
         self.bare = self.matrix_of(None)
         """(O, 3, n): from a light on the grid to its own color."""
-        points, weights = _integration(grid)
+        if grid.interpolation == "sampled":
+            points, weights = grid.wavelengths_nm, grid.cell_widths_nm
+        else:
+            points, weights = integration_points(grid.wavelengths_nm, observer(STANDARD).wavelengths_nm)
         hats = grid.values_from_knots(points)
         stimuli = np.stack(
             [
-                scale * RGB_FROM_XYZ @ _cmfs_at(name, points) * weights
-                for name, scale in zip(observers, self._scales, strict=True)
+                scale * RGB_FROM_XYZ @ _cmfs_at(viewer, points) * weights
+                for viewer, scale in zip(self._viewers, self._scales, strict=True)
             ]
         )
-        self._own = stimuli @ hats**2  # (O, 3, n): a sample with itself
-        self._next = stimuli @ (hats[:, :-1] * hats[:, 1:])  # (O, 3, n - 1): a sample with the next one
+        # A sample meets itself and the next one; on a sampled grid the hats are 1 at their own knot and 0 elsewhere.
+        self._own = stimuli @ hats**2  # (O, 3, n)
+        self._next = stimuli @ (hats[:, :-1] * hats[:, 1:])  # (O, 3, n - 1)
 
     def matrices(self, values: Array) -> Array:
         """Color matrices (O, k, 3, n) of k factors (k, n) on the grid: color = matrix @ values of the other factor."""
@@ -76,25 +87,14 @@ class ColorKernel:
         )
 
 
-def _cmfs_at(name: str, points: Array) -> Array:
-    viewer = observer(name)
+def _cmfs_at(viewer: Observer, points: Array) -> Array:
     return np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
 
 
-def _integration(grid: SpectralGrid) -> tuple[Array, Array]:
-    """Wavelengths and weights that integrate two hat functions of the grid times a color matching function."""
-    knots = grid.wavelengths_nm
-    if grid.interpolation == "sampled":
-        return knots, grid.cell_widths_nm
-    table = observer(STANDARD).wavelengths_nm
-    union = np.union1d(knots, table)
-    union = union[(union >= max(knots[0], table[0])) & (union <= min(knots[-1], table[-1]))]
-    if union.size < 2:
-        return knots[:1], np.zeros(1)
-    # Between two knots the product is a cubic, which two Gauss-Legendre points integrate exactly.
-    middle, half = (union[1:] + union[:-1]) / 2, np.diff(union) / 2
-    points = np.stack([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)], axis=1).ravel()
-    return points, np.repeat(half, 2)
+def _equal_energy_luminance(viewer: Observer) -> float:
+    """∫ ȳ dλ, exactly: ȳ is linear between its knots."""
+    y = viewer.cmfs[1]
+    return float(np.dot(np.diff(viewer.wavelengths_nm), (y[1:] + y[:-1]) / 2))
 
 
 @lru_cache(maxsize=16)

@@ -8,11 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.palette.files.schema import require_valid
-from spectral_core.palette.files.spectra import decoded_grid, decoded_spectrum, encoded_grid, encoded_spectrum
+from spectral_core.documents.codecs import (
+    SpectrumFiles,
+    decoded_color,
+    decoded_grid,
+    decoded_spectrum,
+    encoded_grid,
+    encoded_spectrum,
+)
+from spectral_core.documents.schema import Schema
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.palette.problem import (
     Cell,
     CellIndex,
@@ -22,11 +28,13 @@ from spectral_core.palette.problem import (
     PaletteReflectance,
     SubspaceCriterion,
 )
-from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 FORMAT = "spectral-scene palette"
 VERSION = 1
+PALETTE_SCHEMA = Schema("spectral_core.palette.files", "palette.schema.json")
+MOST_CELLS, MOST_SAMPLES = 100_000, 20_000_000
+"""Of a palette: lights times reflectances, and the numbers of all its spectra."""
 BOUNDS = ("reflectance_bounds", "light_bounds")
 
 
@@ -55,11 +63,12 @@ def problem_of(document: dict[str, Any], folder: Path) -> PaletteProblem:
 
     Raises InvalidInputError that names the place in the document.
     """
-    require_valid(document)
-    grid = decoded_grid(document["grid"])
-    lights = [_placed(f"lights[{k}]", _decoded_light, each, grid, folder) for k, each in enumerate(document["lights"])]
+    PALETTE_SCHEMA.require_valid(document)
+    grid, files = _placed("grid", decoded_grid, document["grid"]), SpectrumFiles(folder)
+    _require_bounded(document, grid)
+    lights = [_placed(f"lights[{k}]", _decoded_light, each, grid, files) for k, each in enumerate(document["lights"])]
     reflectances = [
-        _placed(f"reflectances[{k}]", _decoded_reflectance, each, grid, folder)
+        _placed(f"reflectances[{k}]", _decoded_reflectance, each, grid, files)
         for k, each in enumerate(document["reflectances"])
     ]
     names = [item.name for item in reflectances], [light.name for light in lights]
@@ -73,6 +82,16 @@ def problem_of(document: dict[str, Any], folder: Path) -> PaletteProblem:
         cells[i][j] = cell
     settings = _placed("settings", _decoded_settings, document.get("settings", {}))
     return PaletteProblem(grid, tuple(lights), tuple(reflectances), tuple(map(tuple, cells)), **settings)
+
+
+def _require_bounded(document: dict[str, Any], grid: SpectralGrid) -> None:
+    """A few thousand short names may span a table that no memory holds."""
+    rows, columns = len(document["reflectances"]), len(document["lights"])
+    if rows * columns > MOST_CELLS or (rows + columns) * grid.size > MOST_SAMPLES:
+        raise FileFormatError(
+            f"{rows} reflectances and {columns} lights on {grid.size} wavelengths; expected at most {MOST_CELLS:,} "
+            f"cells and {MOST_SAMPLES:,} samples"
+        )
 
 
 def _placed(place: str, decode: Any, *arguments: Any) -> Any:
@@ -127,9 +146,9 @@ def _encoded_light(light: PaletteLight, grid: SpectralGrid) -> dict[str, Any]:
     return table
 
 
-def _decoded_light(table: dict[str, Any], grid: SpectralGrid, folder: Path) -> PaletteLight:
+def _decoded_light(table: dict[str, Any], grid: SpectralGrid, files: SpectrumFiles) -> PaletteLight:
     def light_of(each: Any) -> Illuminant:
-        found = decoded_spectrum(each, "illuminant", grid, folder)
+        found = decoded_spectrum(each, "illuminant", grid, files)
         assert isinstance(found, Illuminant)
         return found
 
@@ -155,10 +174,10 @@ def _encoded_reflectance(item: PaletteReflectance, grid: SpectralGrid) -> dict[s
     return {"name": item.name, **({} if item.spectrum is None else {"spectrum": encoded_spectrum(item.spectrum, grid)})}
 
 
-def _decoded_reflectance(table: dict[str, Any], grid: SpectralGrid, folder: Path) -> PaletteReflectance:
+def _decoded_reflectance(table: dict[str, Any], grid: SpectralGrid, files: SpectrumFiles) -> PaletteReflectance:
     if "spectrum" not in table:
         return PaletteReflectance(table["name"])
-    spectrum = decoded_spectrum(table["spectrum"], "reflectance", grid, folder)
+    spectrum = decoded_spectrum(table["spectrum"], "reflectance", grid, files)
     assert isinstance(spectrum, Reflectance)
     return PaletteReflectance(table["name"], spectrum)
 
@@ -188,20 +207,13 @@ def _decoded_cell(table: dict[str, Any], names: Names) -> tuple[CellIndex, Cell]
     box = table.get("box")
     cell = Cell(
         CellMode(table["mode"]),
-        _decoded_color(table["color"]) if "color" in table else None,
+        decoded_color(table["color"]) if "color" in table else None,
         tuple(_decoded_place(other, names) for other in table.get("others", ())),
-        None if box is None else (_decoded_color(box[0]), _decoded_color(box[1])),
+        None if box is None else (decoded_color(box[0]), decoded_color(box[1])),
         float(table.get("weight", 1.0)),
         table.get("exact", False),
     )
     return at, cell
-
-
-def _decoded_color(given: list[float] | str) -> NDArray[np.float64]:
-    """Linear RGB; ``#rrggbb`` is what a screen is sent."""
-    if isinstance(given, str):
-        return linear_from_display_rgb([int(given[k : k + 2], 16) / 255 for k in (1, 3, 5)])
-    return np.array(given, dtype=np.float64)
 
 
 def _encoded_place(at: CellIndex, names: Names) -> list[str | int]:

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.documents.codecs import SpectrumFiles, decoded_spectrum, encoded_spectrum
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.files.document import document_of, problem_of
-from spectral_core.palette.files.spectra import decoded_spectrum, encoded_spectrum
 from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
 from spectral_core.spectra.files import kind_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -54,11 +54,11 @@ def solution_of(document: dict[str, Any], folder: Path) -> PaletteSolution:
             f"a document of format {document.get('format')!r}, version {document.get('version')!r}, without "
             f"{sorted(missing) or 'nothing'}; expected {FORMAT!r}, version {VERSION}"
         )
-    problem = problem_of(document["problem"], folder)
+    problem, files = problem_of(document["problem"], folder), SpectrumFiles(folder)
 
     def spectra(name: str) -> tuple[Spectrum, ...]:
         tables = [dict(table) for table in document[name]]
-        return tuple(decoded_spectrum(table, table.pop("kind"), problem.grid, folder) for table in tables)
+        return tuple(decoded_spectrum(table, table.pop("kind"), problem.grid, files) for table in tables)
 
     stored: dict[str, Any] = {name: document[name] for name in PLAIN}
     stored |= {name: tuple(stored[name]) for name in ("engines", "notes")}

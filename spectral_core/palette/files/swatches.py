@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import read_bytes, read_text, reading
+from spectral_core.files.whole import write_bytes
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
-from spectral_core.spectra.files.columns import read_text
 
 ASE_COLOR, ASE_GROUP, ASE_GROUP_END = 0x0001, 0xC001, 0xC002
 GAMUT_SLACK = 1e-6
@@ -68,18 +69,16 @@ def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool =
             f"{len(outside)} of {len(swatches)} colors are outside of the display's gamut, such as {outside[0]!r}; "
             "pass clip=True to write the nearest ones"
         )
-    file.write_bytes(writers[file.suffix.lower()](file.stem, swatches))
+    write_bytes(file, writers[file.suffix.lower()](file.stem, swatches))
     return outside
 
 
 def read_swatches(path: str | Path) -> list[Swatch]:
     """Colors of an ``.ase`` or ``.gpl`` file, told apart by what they hold. Raises FileFormatError."""
     file = Path(path)
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise FileFormatError(f"{file}: {error.strerror or error}; expected a file of swatches") from error
-    return _read_ase(file, data) if data[:4] == b"ASEF" else _read_gpl(file)
+    with reading(file, "a file of swatches"):
+        data = read_bytes(file)
+        return _read_ase(file, data) if data[:4] == b"ASEF" else _read_gpl(file)
 
 
 def _display(swatch: Swatch) -> list[float]:
@@ -163,8 +162,8 @@ def _read_gpl(file: Path) -> list[Swatch]:
         if not line.strip() or line.startswith(("#", "Name:", "Columns:")):
             continue
         cells = line.split(maxsplit=3)
-        channels = [int(cell) for cell in cells[:3] if cell.isdigit() and int(cell) <= 255]
-        if len(channels) < 3:
+        channels = [int(cell) for cell in cells[:3] if cell.isascii() and cell.isdigit() and len(cell) <= 3]
+        if len(channels) < 3 or max(channels) > 255:
             raise FileFormatError(
                 f"{file}, line {number}: {line.strip()[:40]!r}; expected three numbers to 255 and a name"
             )

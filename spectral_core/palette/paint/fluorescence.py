@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import STANDARD, Observer, linear_rgb_from_product, observer
+from spectral_core.spectra.observer import Observer, integration_points, linear_rgb_from_product, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -80,15 +80,20 @@ class FluorescentDye:
         return self.emission.at(wavelengths_nm) / _integral(self.emission)
 
     def absorbed_power(self, light: Spectrum, grid: SpectralGrid) -> float:
-        """∫ ex · E dλ for a unit amount, with the excitation as it is on ``grid``, summed at 1 nm."""
-        points = fine_wavelengths(grid)
-        return float(self._excitation_at(points, grid) @ light.at(points))
+        """∫ ex · E dλ for a unit amount, with the excitation as it is on ``grid``."""
+        points, weights = integration_points(grid.wavelengths_nm, light.grid.wavelengths_nm)
+        return float((self.excitation_at(points, grid) * weights) @ light.at(points))
+
+    def emitted_rgb(self, viewer: Observer | None = None) -> Array:
+        """Linear sRGB (3,) of the emission density: of one unit of absorbed power."""
+        return RGB_FROM_XYZ @ xyz_of(self.emission, None, viewer) / _integral(self.emission)
 
     def excitation_on(self, grid: SpectralGrid) -> Array:
         """Excitation at the knots of a grid, (n,): what the design knows of it."""
         return self.excitation.at(grid.wavelengths_nm)
 
-    def _excitation_at(self, points: Array, grid: SpectralGrid) -> Array:
+    def excitation_at(self, points: Array, grid: SpectralGrid) -> Array:
+        """Excitation as the design knows it on ``grid``, at any wavelengths (nm)."""
         return np.interp(points, grid.wavelengths_nm, self.excitation_on(grid), left=0.0, right=0.0)
 
 
@@ -139,8 +144,10 @@ class FluorescentSurface:
 
     def linear_rgb(self, light: Spectrum, viewer: Observer | None = None) -> Array:
         """Color (3,) under a light."""
-        seen = viewer or observer(STANDARD)
-        return RGB_FROM_XYZ @ seen.cmfs @ self.radiance(light, seen.wavelengths_nm)
+        color: Array = RGB_FROM_XYZ @ xyz_of(light, self.reflectance, viewer)
+        for dye, amount in zip(self.dyes, self.amounts, strict=True):
+            color = color + amount * dye.absorbed_power(light, self.grid) * dye.emitted_rgb(viewer)
+        return color
 
 
 def energy_per_amount(dyes: Sequence[FluorescentDye], grid: SpectralGrid) -> Array:
@@ -153,24 +160,17 @@ def color_from_surface(
     light: Spectrum, dyes: Sequence[FluorescentDye], grid: SpectralGrid, viewer: Observer | None = None
 ) -> Array:
     """Criterion block for the surface side: (3, n + k), linear RGB from reflectance values and amounts of dyes."""
-    seen = viewer or observer(STANDARD)
-    emitted = [
-        RGB_FROM_XYZ @ seen.cmfs @ dye.emission_density(seen.wavelengths_nm) * dye.absorbed_power(light, grid)
-        for dye in dyes
-    ]
+    emitted = [dye.emitted_rgb(viewer) * dye.absorbed_power(light, grid) for dye in dyes]
     return np.concatenate([linear_rgb_from_product(light, grid, viewer), *(e[:, None] for e in emitted)], axis=1)
 
 
 def color_from_light(surface: FluorescentSurface, grid: SpectralGrid, viewer: Observer | None = None) -> Array:
     """Criterion block for the light side: (3, n), linear RGB from a light's values on ``grid``; diag(E) becomes D."""
-    seen = viewer or observer(STANDARD)
     matrix = linear_rgb_from_product(surface.reflectance, grid, viewer)
-    points = fine_wavelengths(grid)
-    hats = grid.values_from_knots(points)
+    points, weights = integration_points(grid.wavelengths_nm, surface.grid.wavelengths_nm)
     for dye, amount in zip(surface.dyes, surface.amounts, strict=True):
-        excited = dye._excitation_at(points, surface.grid) @ hats
-        emitted = RGB_FROM_XYZ @ seen.cmfs @ dye.emission_density(seen.wavelengths_nm)
-        matrix = matrix + amount * np.outer(emitted, excited)
+        excited = grid.against_hats(points, dye.excitation_at(points, surface.grid) * weights)[0]
+        matrix = matrix + amount * np.outer(dye.emitted_rgb(viewer), excited)
     return matrix
 
 
@@ -186,17 +186,12 @@ def led(peak_nm: float, *, power: float = 1.0, width_nm: float = 8.0) -> Illumin
     return Illuminant(f"{peak_nm:g} nm LED", grid, power * bell / bell.sum(), source="Gaussian")
 
 
-def fine_wavelengths(grid: SpectralGrid) -> Array:
-    """Wavelengths at 1 nm over a grid: where excitation is summed, ultraviolet included."""
-    return np.arange(np.ceil(grid.wavelengths_nm[0]), np.floor(grid.wavelengths_nm[-1]) + 1.0)
-
-
 def _mean_wavelength(spectrum: Spectrum) -> float:
-    points = fine_wavelengths(spectrum.grid)
-    values = spectrum.at(points)
-    return float(points @ values / values.sum()) if values.sum() > 0 else float(spectrum.grid.wavelengths_nm.mean())
+    points, weights = integration_points(spectrum.grid.wavelengths_nm)
+    values = spectrum.at(points) * weights
+    return float(points @ values / values.sum())
 
 
 def _integral(spectrum: Spectrum) -> float:
-    """Sum at 1 nm, as colors are summed, so that no energy is gained by rounding."""
-    return float(spectrum.at(fine_wavelengths(spectrum.grid)).sum())
+    points, weights = integration_points(spectrum.grid.wavelengths_nm)
+    return float(spectrum.at(points) @ weights)

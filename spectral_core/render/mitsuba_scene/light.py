@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import geometry, paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.scene import AreaLight, Color, ImageTexture, Light, PointLight, SpotLight, SunLight, World
+from spectral_core.scene import (
+    AreaLight,
+    Color,
+    ImageTexture,
+    Light,
+    PointLight,
+    SpectralImage,
+    SpotLight,
+    SunLight,
+    World,
+)
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -183,6 +193,9 @@ def world_emitter(context: Context, world: World) -> Any | None:
         return context.load({"type": "constant", "radiance": context.switched(radiance, world.group)})
     if isinstance(world.color, ImageTexture):
         return _environment(context, world, world.color)
+    if isinstance(world.color, SpectralImage):
+        context.note("World", "has a spectral texture; it shines in its color under D65")
+        return _environment(context, world, paint.in_daylight(world.color))
     context.note("World", "has a mixed color; the first part of the mix lights the scene")
     first = World(world.color.first, world.strength, world.world_from_environment, world.group)
     return world_emitter(context, first)
@@ -235,4 +248,10 @@ def _environment(context: Context, world: World, image: ImageTexture) -> Any | N
             parameters.update()
 
         context.switches.setdefault(world.group, []).append(switch)
+    if context.spectral and context.white is not None:
+        daylight = context.load({"type": "d65", "scale": unit})
+        white = paint.sampled_spectrum(context, context.white)
+        return context.load(
+            {"type": "tinted_environment", "environment": emitter, "white": white, "daylight": daylight}
+        )
     return emitter

@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import Color, ScatteringMedium
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import xyz_of
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.upsample import upsampled
 
 MOST_SURFACES = 256
 
@@ -27,15 +31,35 @@ def medium_object(context: Context, medium: ScatteringMedium, subject: str) -> A
     if not isinstance(color, (Color, Spectrum)):
         context.note(subject, "has a volume whose color varies; it is rendered gray")
         color = Color(np.full(3, 0.5))
+    extinction = medium.extinction
+    sigma_t: Any = float(medium.density)
+    if isinstance(extinction, (Color, Spectrum)):
+        sigma_t = {"type": "constvolume", "value": _scaled_extinction(context, extinction, medium.density)}
     return context.load(
         {
             "type": "homogeneous",
-            "sigma_t": float(medium.density),
+            "sigma_t": sigma_t,
             "albedo": {"type": "constvolume", "value": paint.reflectance(context, color, subject)},
             "phase": {"type": "hg", "g": float(np.clip(medium.anisotropy, -0.99, 0.99))},
-            "has_spectral_extinction": False,  # extinction is gray, which lets the integrator skip a weight
+            # a gray extinction lets the integrator skip a weight
+            "has_spectral_extinction": extinction is not None,
         }
     )
+
+
+def _scaled_extinction(context: Context, extinction: Color | Spectrum, density: float) -> Any:
+    """Texture of ``density · extinction``, which may exceed 1 per unit of length."""
+    if isinstance(extinction, Color):
+        rgb = np.maximum(extinction.linear_rgb, 0.0)
+        if not context.spectral:
+            return context.load({"type": "srgb", "color": [float(v) for v in rgb * density], "unbounded": True})
+        size = float(rgb.max())
+        values = upsampled(rgb / max(size, 1e-30), WAVELENGTHS_NM) * size
+        extinction = Spectrum("extinction", SpectralGrid(WAVELENGTHS_NM), values)
+    elif not context.spectral:
+        rgb = np.clip(RGB_FROM_XYZ @ xyz_of(paint.white_light(), extinction), 0.0, None)
+        return context.load({"type": "srgb", "color": [float(v) for v in rgb * density], "unbounded": True})
+    return paint.sampled_spectrum(context, extinction.scaled(density))
 
 
 def medium_around(mitsuba: Any, scene: Any, media: Sequence[Any], point: NDArray[np.float64]) -> Any | None:

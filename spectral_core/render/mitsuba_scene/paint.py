@@ -12,15 +12,16 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
-from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
+from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
+from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,8 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
         return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
+    if isinstance(paint, SpectralImage):
+        return spectral_image(context, paint, subject)
     return _mixed(context, paint, lambda part: reflectance(context, part, subject))
 
 
@@ -55,6 +58,9 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
         return constant_emission(context, paint, strength)
     if isinstance(paint, ImageTexture):
         return _emitting_image(context, paint, strength, subject)
+    if isinstance(paint, SpectralImage):
+        context.note(subject, "emits light through a spectral texture; it is emitted in its color under D65")
+        return _emitting_image(context, in_daylight(paint), strength, subject)
     return _mixed(context, paint, lambda part: emission(context, part, strength, subject))
 
 
@@ -84,8 +90,10 @@ def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> 
         return white.scaled(0.0)
     if np.ptp(rgb) == 0:  # a gray tints nothing: the white keeps its own knots
         return white.scaled(size)
-    grid = SpectralGrid(WAVELENGTHS_NM)
-    return Spectrum("emitted color", grid, white.at(WAVELENGTHS_NM) * upsampled(rgb / size) * size)
+    # between the knots of the white and of 1 nm: the color varies slowly, a white such as HP1 may not
+    grid = SpectralGrid(np.union1d(WAVELENGTHS_NM, white.grid.wavelengths_nm))
+    tinted = white.at(grid.wavelengths_nm) * upsampled(rgb / size, grid.wavelengths_nm) * size
+    return Spectrum("emitted color", grid, tinted)
 
 
 def unit_luminance(light: Spectrum) -> Spectrum:
@@ -95,33 +103,21 @@ def unit_luminance(light: Spectrum) -> Spectrum:
     return normalized(Illuminant(light.name, light.grid, light.values, source=light.source))
 
 
-def upsampled(linear_rgb: ArrayLike) -> Array:
-    """Reflectance (471,) at 1 nm of a color in [0, 1]: Mitsuba's own table (Jakob and Hanika 2019, Eq. 6)."""
-    import mitsuba
-
-    if mitsuba.variant() is None:  # in a session whose renders run in a process of their own
-        mitsuba.set_variant("scalar_rgb")
-    color = mitsuba.ScalarColor3f(np.asarray(linear_rgb))
-    coefficients = [float(value) for value in mitsuba.srgb_model_fetch(color)]
-    if not np.isfinite(coefficients).all():  # black and white have coefficients at infinity
-        return np.full(WAVELENGTHS_NM.size, float(coefficients[2] > 0))
-    value = np.polyval(coefficients, WAVELENGTHS_NM)
-    return 0.5 + value / (2 * np.sqrt(1 + value * value))
-
-
 def sampled_spectrum(context: Context, spectrum: Spectrum) -> Any:
     """Mitsuba's reading of the same knots: linear in between, zero outside."""
     knots, values = spectrum.grid.wavelengths_nm, spectrum.values
     if not np.any(values):  # Mitsuba refuses a sampled spectrum that is zero everywhere
         return context.load({"type": "uniform", "value": 0.0})
     steps = np.diff(knots)
-    listed = ",".join(f"{value:.9g}" for value in values)
     if np.ptp(steps) < 1e-9 * knots[-1]:  # equal steps need no search
         ends = {"wavelength_min": float(knots[0]), "wavelength_max": float(knots[-1])}
-        return context.load({"type": "regular", **ends, "values": listed})
-    return context.load(
-        {"type": "irregular", "wavelengths": ",".join(f"{knot:.9g}" for knot in knots), "values": listed}
-    )
+        return context.load({"type": "regular", **ends, "values": _listed(values)})
+    knots, values = single_precision_spectrum(spectrum)
+    return context.load({"type": "irregular", "wavelengths": _listed(knots), "values": _listed(values)})
+
+
+def _listed(numbers: Array) -> str:
+    return ",".join(f"{number:.9g}" for number in numbers)
 
 
 def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
@@ -145,6 +141,36 @@ def image(context: Context, texture: ImageTexture, subject: str) -> Any:
         context.note(subject, f"uses image {texture.name!r} with values outside 0 to 1; they are rendered at the limit")
         pixels = np.clip(pixels, 0.0, 1.0)
     return _bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
+
+
+def spectral_image(context: Context, paint: SpectralImage, subject: str) -> Any:
+    """Texture of reflectances; in RGB transport their colors under D65."""
+    if not context.spectral:
+        return image(context, in_daylight(paint), subject)
+    mi = context.mitsuba
+    knots = paint.grid.wavelengths_nm
+    even = np.linspace(knots[0], knots[-1], max(2, round((knots[-1] - knots[0]) / np.diff(knots).min()) + 1))
+    spectra = np.stack([np.interp(even, knots, row) for row in paint.spectra], axis=-1)
+    weights = np.moveaxis(paint.weights, 0, -1).astype(np.float32)
+    return context.load(
+        {
+            "type": "spectral_image",
+            "weights": mi.TensorXf(np.ascontiguousarray(weights)),
+            "spectra": mi.TensorXf(np.ascontiguousarray(spectra, dtype=np.float32)),
+            "first_nm": float(knots[0]),
+            "last_nm": float(knots[-1]),
+            "wrap_mode": {"repeat": "repeat", "clip": "clamp", "extend": "clamp", "mirror": "mirror"}[paint.extension],
+            "filter_type": "bilinear" if paint.interpolation == "linear" else "nearest",
+            "u_row": mi.ScalarVector3f(paint.uv_from_mesh_uv[0]),
+            "v_row": mi.ScalarVector3f(paint.uv_from_mesh_uv[1]),
+        }
+    )
+
+
+def in_daylight(paint: SpectralImage) -> ImageTexture:
+    """The picture that a spectral image shows under D65."""
+    pixels = np.clip(paint.linear_rgb(white_light()), 0.0, 1.0)
+    return ImageTexture(paint.name, pixels, "linear", paint.extension, paint.interpolation, paint.uv_from_mesh_uv)
 
 
 def _emitting_image(context: Context, texture: ImageTexture, strength: float, subject: str) -> Any:

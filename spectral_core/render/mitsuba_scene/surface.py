@@ -17,6 +17,7 @@ from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.scene import (
     AddSurface,
+    Color,
     Diffuse,
     Emission,
     Glass,
@@ -177,7 +178,8 @@ def _glossy(context: Context, closure: Glossy, subject: str) -> Any:
         mirror = {"type": "conductor", "material": "none", "specular_reflectance": color}
         return context.load({"type": "twosided", "bsdf": mirror})
     roughness = paint.scalar_texture(context, closure.roughness, subject)
-    return context.load({"type": "blender_glossy", "color": color, "roughness": roughness})
+    kept = closure.multiple_scattering
+    return context.load({"type": "blender_glossy", "color": color, "roughness": roughness, "keeps_energy": kept})
 
 
 def _glass(
@@ -228,12 +230,22 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
         "ior": ior,
         "coat_weight": float(np.clip(closure.coat_weight, 0, 1)),
         "coat_roughness": float(closure.coat_roughness),
+        "coat_ior": float(closure.coat_ior),
+        "keeps_energy": closure.multiple_scattering,
     }
+    if not _is_white(closure.coat_tint):
+        reflecting["coat_tint"] = paint.reflectance(context, closure.coat_tint, subject)
+    if closure.diffuse_roughness != 0:
+        reflecting["diffuse_roughness"] = paint.scalar_texture(context, closure.diffuse_roughness, subject)
     yield kept, context.load(reflecting)
     if closure.transmission != 0 and closure.metallic != 0:
         one = context.load({"type": "uniform", "value": 1.0})
         metal = opaque.times(closure.transmission).times(closure.metallic)
         yield metal, context.load({**reflecting, "metallic": one})
+
+
+def _is_white(color: Any) -> bool:
+    return isinstance(color, Color) and bool(np.all(color.linear_rgb == 1))
 
 
 def _specular_ior(closure: Principled) -> float:

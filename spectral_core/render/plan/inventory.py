@@ -23,6 +23,7 @@ from spectral_core.scene import (
     MixSurface,
     Principled,
     Scene,
+    SpectralImage,
     SunLight,
     Surface,
     Transparent,
@@ -30,6 +31,8 @@ from spectral_core.scene import (
 from spectral_core.spectra.spectrum import Spectrum
 
 FEWEST_DIFFUSE_BOUNCES, MOST_DIFFUSE_BOUNCES = 2, 32
+
+_IMAGES = (ImageTexture, SpectralImage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +85,7 @@ def take_inventory(scene: Scene) -> Inventory:
         transparent=which(_is_transparent),
         refractive=which(lambda m: any(_refracts(c) for c in closures_of(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Principled)) for c in closures_of(m.surface))),
-        images=which(lambda m: any(isinstance(p, ImageTexture) for v in values_of(m) for p in _parts(v))),
+        images=which(lambda m: any(isinstance(p, _IMAGES) for v in values_of(m) for p in _parts(v))),
         light_bodies=bodies,
         visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
@@ -122,7 +125,7 @@ def _parts(paint: Any) -> Iterator[Any]:
 
 
 def _has_spectrum(paint: Any) -> bool:
-    return any(isinstance(part, Spectrum) for part in _parts(paint))
+    return any(isinstance(part, (Spectrum, SpectralImage)) for part in _parts(paint))
 
 
 def _is_dispersive(material: Material) -> bool:
@@ -165,4 +168,4 @@ def _size(paint: Any) -> float:
         return float(np.clip(paint.linear_rgb, 0, 1).max())
     if isinstance(paint, Spectrum):
         return float(paint.values.max())
-    return 0.9 if isinstance(paint, ImageTexture) else 0.0
+    return 0.9 if isinstance(paint, _IMAGES) else 0.0

@@ -24,8 +24,8 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins import bsdfs, emitters, glass, matt, rough, textures
+    from spectral_core.render.plugins import bsdfs, emitters, environment, glass, matt, rough, spectral_image, textures
 
-    for module in (textures, emitters, bsdfs, matt, rough, glass):
+    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass):
         module.register(mitsuba, drjit)
     _registered.add(variant)

@@ -6,15 +6,41 @@ from __future__ import annotations
 from typing import Any
 
 
+def oren_nayar(mi: Any, dr: Any, color: Any, roughness: Any, wi: Any, wo: Any) -> Any:
+    """Value · cosine of energy-preserving Oren-Nayar (Portsmouth, Kutz and Hill 2024, "EON").
+
+    Fujii's fit of Oren-Nayar (Eq. 4) plus the light that bounced between facets (Eqs. 11 to 17); ``color`` is the
+    single-scattering reflectance.
+    """
+    cosine_i, cosine_o = dr.abs(wi.z), dr.abs(wo.z)
+    scale = dr.rcp(1.0 + (0.5 - 2.0 / (3.0 * dr.pi)) * roughness)
+    along = dr.dot(wi, wo) - cosine_i * cosine_o
+    along /= dr.select(along > 0.0, dr.maximum(cosine_i, cosine_o), 1.0)
+    once = color * (scale * (1.0 + roughness * along))
+    lost_i = 1.0 - scale * (1.0 + roughness / dr.pi * _albedo_shape(dr, cosine_i))
+    lost_o = 1.0 - scale * (1.0 + roughness / dr.pi * _albedo_shape(dr, cosine_o))
+    mean = scale * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * dr.pi)) * roughness)
+    lost = dr.maximum(1.0 - mean, 1e-7)
+    # Cycles tints this part by the color once more than Eq. 17; so do we
+    often = color * color * color * mean / (1.0 - color * lost) * (lost_i * lost_o / lost)
+    return (once + often) * cosine_o / dr.pi
+
+
+def _albedo_shape(dr: Any, cosine: Any) -> Any:
+    """G of Fujii's model: the directional albedo is A (1 + r G / π)."""
+    sine = dr.safe_sqrt(1.0 - cosine * cosine)
+    angle = dr.safe_acos(cosine)
+    steep = 2.0 / 3.0 * (sine / dr.maximum(cosine, 1e-6)) * (1.0 - sine * sine * sine)
+    # towards grazing the tangent cancels; its limit there is cosine itself
+    steep = dr.select(cosine < 1e-3, cosine, steep)
+    return sine * (angle - sine * cosine) + steep - 2.0 / 3.0 * sine
+
+
 def register(mi: Any, dr: Any) -> None:
     """Define and register the BSDF for the active variant."""
 
     class RoughDiffuse(mi.BSDF):
-        """Energy-preserving Oren-Nayar (Portsmouth, Kutz and Hill 2024, "EON"), both sides alike.
-
-        Fujii's fit of Oren-Nayar (Eq. 4) plus the light that bounced between facets (Eqs. 11 to 17); ``color`` is
-        the single-scattering reflectance, ``roughness`` in [0, 1] a texture.
-        """
+        """Energy-preserving Oren-Nayar, both sides alike; ``roughness`` in [0, 1] is a texture."""
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
@@ -23,31 +49,10 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = int(flags)
             self.color, self.roughness = properties["color"], properties["roughness"]
 
-        @staticmethod
-        def albedo_shape(cosine: Any) -> Any:
-            """G of Fujii's model: the directional albedo is A (1 + r G / π)."""
-            sine = dr.safe_sqrt(1.0 - cosine * cosine)
-            angle = dr.safe_acos(cosine)
-            steep = 2.0 / 3.0 * (sine / dr.maximum(cosine, 1e-6)) * (1.0 - sine * sine * sine)
-            # towards grazing the tangent cancels; its limit there is cosine itself
-            steep = dr.select(cosine < 1e-3, cosine, steep)
-            return sine * (angle - sine * cosine) + steep - 2.0 / 3.0 * sine
-
         def reflect(self, si: Any, wo: Any, active: Any) -> Any:
             color, roughness = self.color.eval(si, active), dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
-            cosine_i, cosine_o = dr.abs(si.wi.z), dr.abs(wo.z)
-            scale = dr.rcp(1.0 + (0.5 - 2.0 / (3.0 * dr.pi)) * roughness)
-            along = dr.dot(si.wi, wo) - cosine_i * cosine_o
-            along /= dr.select(along > 0.0, dr.maximum(cosine_i, cosine_o), 1.0)
-            once = color * (scale * (1.0 + roughness * along))
-            lost_i = 1.0 - scale * (1.0 + roughness / dr.pi * self.albedo_shape(cosine_i))
-            lost_o = 1.0 - scale * (1.0 + roughness / dr.pi * self.albedo_shape(cosine_o))
-            mean = scale * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * dr.pi)) * roughness)
-            lost = dr.maximum(1.0 - mean, 1e-7)
-            # Cycles tints this part by the color once more than Eq. 17; so do we
-            often = color * color * color * mean / (1.0 - color * lost) * (lost_i * lost_o / lost)
             reflects = active & (si.wi.z * wo.z > 0.0)
-            return dr.select(reflects, (once + often) * cosine_o / dr.pi, 0.0)
+            return dr.select(reflects, oren_nayar(mi, dr, color, roughness, si.wi, wo), 0.0)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             wo = mi.warp.square_to_cosine_hemisphere(sample2)

@@ -7,9 +7,8 @@ from functools import partial
 from typing import Any
 
 from spectral_core.render.plugins import albedo, opaque_number
+from spectral_core.render.plugins.matt import oren_nayar
 from spectral_core.render.plugins.microfacet import AlbedoTable, KeptEnergy, Microfacets
-
-COAT_IOR = 1.5
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -62,6 +61,7 @@ def register(mi: Any, dr: Any) -> None:
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.color, self.roughness = properties["color"], properties["roughness"]
+            self.keeps_energy = bool(properties.get("keeps_energy", True))
 
         def draw(self, si: Any, wi: Any, samples: Any, active: Any) -> Any:
             facets = Microfacets(mi, dr, self.roughness.eval_1(si, active))
@@ -70,7 +70,9 @@ def register(mi: Any, dr: Any) -> None:
         def reflect(self, si: Any, wi: Any, wo: Any, active: Any) -> Any:
             roughness, color = self.roughness.eval_1(si, active), self.color.eval(si, active)
             value, density, _ = Microfacets(mi, dr, roughness).reflection(wi, wo)
-            return color * self.kept_energy(roughness, wi.z, color) * value, density
+            if self.keeps_energy:
+                color = color * self.kept_energy(roughness, wi.z, color)
+            return color * value, density
 
     class BlenderPrincipled(BothSides):
         """The opaque part of Blender's Principled BSDF: coat over (metal mixed with specular over diffuse).
@@ -91,13 +93,21 @@ def register(mi: Any, dr: Any) -> None:
             self.has_coat, self.has_specular = properties["coat_weight"] > 0, abs(ior - 1.0) > 1e-4
             self.coat_weight = number(properties["coat_weight"])
             self.coat_roughness = number(properties["coat_roughness"])
-            self.specular_albedo = self.layer_albedo(ior)
-            self.coat_albedo = self.layer_albedo(COAT_IOR)
+            coat_ior = float(properties["coat_ior"])
+            self.coat_ior, self.coat_fresnel = number(coat_ior), number(self.average_fresnel(coat_ior))
+            self.coat_tint = properties.get("coat_tint", None)
+            self.diffuse_roughness = properties.get("diffuse_roughness", None)
+            self.keeps_energy = bool(properties["keeps_energy"])
+            self.specular_albedo = self.layer_albedo(ior, self.keeps_energy)
+            self.coat_albedo = self.layer_albedo(coat_ior, True)
 
-        def layer_albedo(self, ior: float) -> Any:
-            """Directional albedo of a rough dielectric's reflection, the energy between facets included."""
+        def layer_albedo(self, ior: float, keeps_energy: bool) -> Any:
+            """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""
             reflected, _ = albedo.dielectric(round(ior, 6))
             single = albedo.conductor()
+            if not keeps_energy:
+                # Cycles layers by the facets' mean Fresnel factor, as if none of the light were lost between them
+                return AlbedoTable(mi, reflected / single)
             mean, average_fresnel = albedo.average(single)[:, None], self.average_fresnel(ior)
             many = average_fresnel * mean / (1 - average_fresnel * (1 - mean))
             return AlbedoTable(mi, reflected * (1 + many * (1 - single) / single))
@@ -116,14 +126,19 @@ def register(mi: Any, dr: Any) -> None:
             metallic = dr.clip(self.metallic.eval_1(si, active), 0.0, 1.0)
             roughness = dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
             coat = self.coat_weight * self.coat_albedo(mi.Float(self.coat_roughness), wi.z)
-            below_coat = 1.0 - coat
+            below_coat = mi.Spectrum(1.0 - coat)
+            if self.coat_tint is not None:
+                # absorption on the refracted way through the coat (Cycles: tint to the power of 1 / cosine inside)
+                inner = dr.safe_sqrt(1.0 - (1.0 - wi.z * wi.z) / (self.coat_ior * self.coat_ior))
+                tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
+                below_coat *= dr.lerp(mi.Spectrum(1.0), tint, self.coat_weight)
             specular = self.specular_albedo(roughness, wi.z) if self.has_specular else mi.Float(0.0)
-            brightness = dr.maximum(dr.mean(color), 0.02)
+            brightness, passes = dr.maximum(dr.mean(color), 0.02), dr.mean(below_coat)
             chances = [
                 coat,
-                below_coat * metallic * brightness,
-                below_coat * (1.0 - metallic) * specular,
-                below_coat * (1.0 - metallic) * (1.0 - specular) * brightness,
+                passes * metallic * brightness,
+                passes * (1.0 - metallic) * specular,
+                passes * (1.0 - metallic) * (1.0 - specular) * brightness,
             ]
             total = sum(chances[1:], chances[0])
             return color, metallic, roughness, below_coat, specular, [chance / total for chance in chances]
@@ -143,19 +158,27 @@ def register(mi: Any, dr: Any) -> None:
             mirror, mirror_density, facing = Microfacets(mi, dr, roughness).reflection(wi, wo)
             # Schlick with F82 = 1, the default tint (Kutz, Hasan and Edmondson 2021, Eq. 3, without their b term)
             grazing = dr.clip(1.0 - facing, 0.0, 1.0) ** 5
-            metal = (color + (1.0 - color) * grazing) * self.kept_energy(roughness, wi.z, color + (1.0 - color) / 21.0)
+            metal = color + (1.0 - color) * grazing
+            if self.keeps_energy:
+                metal *= self.kept_energy(roughness, wi.z, color + (1.0 - color) / 21.0)
             value = metallic * metal * mirror
-            value += (1.0 - metallic) * (1.0 - specular) * color * lambert
+            diffuse = color * lambert
+            if self.diffuse_roughness is not None:
+                rough = dr.clip(self.diffuse_roughness.eval_1(si, active), 0.0, 1.0)
+                diffuse = dr.select(lambert > 0.0, oren_nayar(mi, dr, color, rough, wi, wo), 0.0)
+            value += (1.0 - metallic) * (1.0 - specular) * diffuse
             if self.has_specular:
-                kept = self.kept_energy(roughness, wi.z, mi.Float(self.ior_fresnel))
+                kept = mi.Float(1.0)
+                if self.keeps_energy:
+                    kept = self.kept_energy(roughness, wi.z, mi.Float(self.ior_fresnel))
                 value += (1.0 - metallic) * mi.fresnel(facing, self.ior)[0] * kept * mirror
             value *= below_coat
             density = (chances[1] + chances[2]) * mirror_density + chances[3] * lambert
             if self.has_coat:
                 coat_roughness = mi.Float(self.coat_roughness)
                 coat, coat_density, facing = Microfacets(mi, dr, coat_roughness).reflection(wi, wo)
-                kept = self.kept_energy(coat_roughness, wi.z, mi.Float(self.average_fresnel(COAT_IOR)))
-                value += self.coat_weight * mi.fresnel(facing, COAT_IOR)[0] * kept * coat
+                kept = self.kept_energy(coat_roughness, wi.z, mi.Float(self.coat_fresnel))
+                value += self.coat_weight * mi.fresnel(facing, self.coat_ior)[0] * kept * coat
                 density += chances[0] * coat_density
             return value, density
 

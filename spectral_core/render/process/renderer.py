@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import json
 import os
 import queue
 import subprocess
@@ -20,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core import errors
+from spectral_core import child, errors
 from spectral_core.errors import RenderError
 from spectral_core.render.plan.effects import EffectPlan, plan_effects
 from spectral_core.render.process.messages import receive, send
@@ -35,11 +34,6 @@ CANCEL_GRACE_S = 0.4
 START_LIMIT_S = 60.0
 _POLL_S = 0.02
 _LOG_TAIL_BYTES = 4000
-_PATH_VARIABLE = "SPECTRAL_SCENE_SYS_PATH"
-_BOOTSTRAP = (
-    f"import json, os, sys; sys.path[:] = json.loads(os.environ['{_PATH_VARIABLE}']); "
-    "from spectral_core.render.process.worker import main; main()"
-)
 
 
 class RenderProcess:
@@ -147,15 +141,14 @@ class _Worker:
     def __init__(self, python: str) -> None:
         self.idle = True
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        environment = {**os.environ, _PATH_VARIABLE: json.dumps([os.path.abspath(entry) for entry in sys.path])}  # noqa: PTH100
         hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
         try:
             self.process = subprocess.Popen(
-                [python, "-c", _BOOTSTRAP],
+                child.command(python, "spectral_core.render.process.worker"),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._log,
-                env=environment,
+                env=child.environment(),
                 creationflags=hidden,
             )
         except OSError as error:
@@ -264,7 +257,7 @@ def find_python() -> str:
 def _version_of(python: str) -> str | None:
     code = "import sys; print(f'{sys.version_info.major}.{sys.version_info.minor}')"
     try:
-        answer = subprocess.run([python, "-c", code], capture_output=True, text=True, timeout=20, check=False)
+        answer = subprocess.run([python, *child.ISOLATED, "-c", code], capture_output=True, text=True, timeout=20)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return answer.stdout.strip() or None

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
-from spectral_core.render.relight.storage import flat_light
+from spectral_core.render.relight.storage import relative_to_flat
 from spectral_core.render.relight.transport import Transport
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -55,9 +55,8 @@ class LiveMix:
         self._shine(self.transport.index_of(group), unit_luminance(light))
 
     def _shine(self, index: int, light: Spectrum) -> None:
-        """``light``: 1 in luminance is what the group was recorded with."""
-        flat = float(unit_luminance(flat_light()).values[0])
-        self._set(index, self.transport.storage.rgb_from_channels(light.scaled(1 / flat)))
+        """``light``: with Y = 1 for one that is as bright as the group was recorded."""
+        self._set(index, self.transport.storage.rgb_from_channels(relative_to_flat(light)))
 
     def _set(self, index: int, rgb_from_channels: NDArray[np.float64]) -> None:
         channels = self.transport.channels[index].reshape(len(self.transport.channels[index]), -1)
@@ -67,20 +66,17 @@ class LiveMix:
 
     def _complete(self, amounts: NDArray[np.float64]) -> None:
         """Groups that are lit and were given no spectrum shine as in the scene."""
-        kind = self.transport.storage.kind
+        storage = self.transport.storage
         for index, group in enumerate(self.transport.groups):
             if self._known[index] or amounts[index] == 0:
                 continue
-            if kind == "dial":
-                self._set(index, np.eye(3))
-                continue
-            light = self.transport.lights[index]
-            if light is None:
+            matrix = storage.rgb_as_recorded(self.transport.lights[index])
+            if matrix is None:
                 raise InvalidInputError(
-                    f"the lights of group {group!r} had different spectra in the scene, which {kind!r} storage does "
-                    "not keep; name one spectrum for the group, or record one group per light"
+                    f"the lights of group {group!r} had different spectra in the scene, which {storage.kind!r} storage "
+                    "does not keep; name one spectrum for the group, or record one group per light"
                 )
-            self._shine(index, light)
+            self._set(index, matrix)
 
     def picture(self, weights: ArrayLike) -> Pixels:
         """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call writes over it."""

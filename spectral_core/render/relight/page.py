@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import write_text
 from spectral_core.render.relight.dial import bulbs_on_polygon
 from spectral_core.render.relight.mix import LiveMix
 from spectral_core.render.relight.transport import Transport
@@ -61,4 +62,4 @@ def write_page(
     }
     template = resources.files("spectral_core.render.relight").joinpath("page.html").read_text("utf-8")
     text = json.dumps(document).replace("<", "\\u003c")  # a group named "</script>" must not end the script
-    path.write_text(template.replace("@TITLE@", html.escape(title)).replace("@TRANSPORT@", text), "utf-8")
+    write_text(path, template.replace("@TITLE@", html.escape(title)).replace("@TRANSPORT@", text))

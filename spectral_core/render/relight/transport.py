@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.still import RenderResult, render_scene
@@ -19,7 +20,6 @@ from spectral_core.scene import (
     AddSurface,
     Color,
     Emission,
-    ImageTexture,
     Light,
     Material,
     MixSurface,
@@ -83,30 +83,55 @@ def record_transport(
     storage: Storage,
     *,
     one_per_light: bool = False,
+    most_groups: int | None = None,
     render: Callable[..., RenderResult] = render_scene,
     **options: Any,
 ) -> Transport:
     """Render each light group of ``scene`` by itself, under its own light (``dial``) or under flat light.
 
-    ``one_per_light``: every light becomes a group of its own name. ``render``: ``render_scene`` or the ``render`` of a
-    ``RenderProcess``; ``options`` are passed on to it (``on_progress``, ``should_stop``). Raises InvalidInputError for
-    a scene without light or a machine without the memory, RenderCancelled where it was stopped.
+    Parameters
+    ----------
+    scene, storage
+        What is rendered, and what is kept of it.
+    one_per_light
+        Every light becomes a group of its own name.
+    most_groups
+        Refuse a scene with more light groups before anything is rendered; a dial has up to ``dial.MOST_BULBS``.
+    render
+        ``render_scene`` or the ``render`` of a ``RenderProcess``.
+    options
+        Passed on to ``render`` (``on_progress``, ``should_stop``).
+
+    Raises
+    ------
+    InvalidInputError
+        For a scene without light, with too many lights, or a machine without the memory.
+    RenderCancelled
+        Where it was stopped.
     """
     grouped = one_group_per_light(scene) if one_per_light else scene
-    if storage.kind != "dial":
+    names = light_groups(grouped)
+    if not names:
+        raise InvalidInputError("the scene has no light, so there is no transport to store; add one")
+    if most_groups is not None and len(names) > most_groups:
+        raise InvalidInputError(
+            f"the scene has {len(names)} light groups, and a dial has up to {most_groups} lights; put some of them "
+            "into one light group, or record by Blender's light groups instead of one per light"
+        )
+    if storage.keeps_spectra:
         options.setdefault("sampling_lights", SAMPLING_LIGHTS)
-    require_memory(storage, scene.film.size, max(1, len(light_groups(grouped))))
-    recorded = grouped if storage.kind == "dial" else under_flat_light(grouped)
+    require_memory(storage, scene.film.size, len(names))
+    recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
     result = render(recorded, groups=True, bands=storage.measured(), **options)
     if result.status != "done":
         raise RenderCancelled("the transport render was stopped; nothing was stored")
-    planes = result.group_pixels if storage.kind == "dial" else result.group_band_pixels
+    planes = result.group_band_pixels if storage.keeps_spectra else result.group_pixels
     names = tuple(name for name in planes)
     if not names:
-        raise InvalidInputError("the scene has no light, so there is no transport to store; add one")
+        raise InvalidInputError("no light of the scene reaches the picture; there is no transport to store")
     channels = _gathered(planes, storage.channel_count)
     exposure = scene.film.exposure
-    if storage.kind == "dial":
+    if not storage.keeps_spectra:
         channels /= np.float32(exposure)  # the renderer exposes pictures, not bands
     return Transport(
         storage, names, channels, np.ascontiguousarray(result.pixels[..., 3]),
@@ -129,19 +154,35 @@ def light_groups(scene: Scene) -> tuple[str, ...]:
     names = {light.group for light in scene.lights}
     if not scene.world.is_black:
         names.add(scene.world.group)
-    glowing = {material.name for material in scene.materials if _emitted(material)}
+    glowing = _glowing_materials(scene)
     names |= {instance.group for instance in scene.instances if glowing.intersection(instance.materials)}
     return tuple(sorted(names))
 
 
 def one_group_per_light(scene: Scene) -> Scene:
-    """The scene with every light, glowing object and the surroundings in a group of its own name."""
-    world = scene.world if scene.world.group else replace(scene.world, group="World")
+    """The scene with every light, glowing object and the surroundings in a group of its own name.
+
+    Things of one name stay apart: the second gets a number, as Blender gives it (``Lamp.001``).
+    """
+    taken: set[str] = set()
+
+    def own(name: str) -> str:
+        numbered = (f"{name}.{number:03d}" for number in count(1))
+        free = name if name not in taken else next(other for other in numbered if other not in taken)
+        taken.add(free)
+        return free
+
+    lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
+    glowing = _glowing_materials(scene)
+    instances = tuple(
+        replace(thing, group=own(thing.name) if glowing.intersection(thing.materials) else thing.name)
+        for thing in scene.instances
+    )
     return replace(
         scene,
-        lights=tuple(replace(light, group=light.name) for light in scene.lights),
-        instances=tuple(replace(instance, group=instance.name) for instance in scene.instances),
-        world=world,
+        lights=lights,
+        instances=instances,
+        world=replace(scene.world, group=own(scene.world.group or "World")),
     )
 
 
@@ -169,7 +210,8 @@ def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
 
 
 def _colorless(paint: Any) -> Any:
-    return paint if isinstance(paint, ImageTexture) else gray(1.0)
+    """What varies from place to place stays, as a filter of the flat light; one color or spectrum is left out."""
+    return gray(1.0) if isinstance(paint, (Color, Spectrum)) else paint
 
 
 def _colorless_surface(surface: Surface) -> Surface:
@@ -189,13 +231,17 @@ def _group_light(scene: Scene, group: str) -> Spectrum | None:
     if scene.world.group == group and not scene.world.is_black:
         paints.append(scene.world.color)
     paints += _glowing_paints(scene, group)
-    paints = [gray(1.0) if isinstance(paint, ImageTexture) else paint for paint in paints]  # filters: see above
-    spectra = [emitted_spectrum(paint) for paint in paints if isinstance(paint, (Color, Spectrum))]
-    if not spectra or len(spectra) != len(paints):
+    # what varies from place to place was recorded as a filter of the light: by itself it tints white
+    spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
+    if not spectra:
         return None
     first = spectra[0]
     same = all(s.grid.same_as(first.grid) and np.allclose(s.values, first.values) for s in spectra[1:])
     return first if same else None
+
+
+def _glowing_materials(scene: Scene) -> set[str]:
+    return {material.name for material in scene.materials if _emitted(material)}
 
 
 def _glowing_paints(scene: Scene, group: str) -> list[Any]:

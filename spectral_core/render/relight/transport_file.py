@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.render.relight.storage import Storage
+from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
+from spectral_core.files.guarded import reading, require_shallow
+from spectral_core.files.whole import require_own_kind
+from spectral_core.render.relight.storages import storage_of_document
 from spectral_core.render.relight.transport import Transport
-from spectral_core.render.spectral_exr import LAYOUT, openexr, spectral_channel
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
@@ -27,20 +29,46 @@ _ATTRIBUTE = "spectralSceneTransport"
 _COVERAGE = "coverage"
 
 
-def write_transport(path: Path, transport: Transport) -> None:
-    """Write a transport file; lossless. Raises MissingDependencyError without OpenEXR."""
+def write_transport(path: Path, transport: Transport, *, only_over_transports: bool = False) -> None:
+    """Write a transport file; lossless, whole or not at all.
+
+    Parameters
+    ----------
+    path : the .exr file.
+    transport : what was recorded.
+    only_over_transports : replace nothing but an earlier transport file. For a path that comes from a .blend.
+
+    Raises
+    ------
+    FileWriteError
+        The disk is full, or the folder is absent or closed to this user.
+    InvalidInputError
+        Another file than a transport is there, and ``only_over_transports``.
+    MissingDependencyError
+        OpenEXR is not installed.
+    """
     module = openexr()
     meaning = json.dumps({**_meaning(transport), "checksum": _checksum(transport)})
-    layout = LAYOUT if transport.storage.kind == "bands" else {}
+    layout = transport.storage.exr_header
     parts = []
     for number, (group, planes) in enumerate(zip(transport.groups, transport.channels, strict=True)):
-        names = channel_names(transport.storage)
+        names = transport.storage.channel_names()
         pixels = {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(names, planes, strict=True)}
         header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, _ATTRIBUTE: meaning, **layout}
         parts.append(module.Part(header, pixels, f"{number} {group or 'ungrouped'}"))
     header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION}
     parts.append(module.Part(header, {"A": np.ascontiguousarray(transport.coverage[::-1])}, _COVERAGE))
-    module.File(parts).write(str(path))
+    if only_over_transports:
+        require_own_kind(path, is_transport, "transport file")
+    write_exr(path, module.File(parts))
+
+
+def is_transport(path: Path) -> bool:
+    """Whether a file is a transport, by its header; pixels are not read."""
+    try:
+        return any(_ATTRIBUTE in header for header in exr_headers(path)[:1])
+    except FileFormatError:
+        return False
 
 
 def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
@@ -49,34 +77,22 @@ def read_transport(path: Path, *, scene_hash: str | None = None) -> Transport:
     Raises FileFormatError for a file that is missing, cut, edited, of another kind or another scene; the message says
     which, and what to do.
     """
-    module = openexr()
     if not path.is_file():
         raise FileFormatError(f"there is no file {path}; make one with: spectral-scene transport")
-    try:
-        parts = module.File(str(path), separate_channels=True).parts
-    except Exception as error:  # OpenEXR raises RuntimeError and others of its own
-        raise FileFormatError(f"{path} cannot be read as an EXR file ({error}); record the transport again") from error
-    meaning = _read_meaning(path, parts)
-    transport = _assemble(path, meaning, parts)
-    if _checksum(transport) != meaning["checksum"]:
-        raise FileFormatError(
-            f"{path}: its pixels are not those that were recorded: the file was edited or damaged; record it again"
-        )
+    what = "a transport file; record it again"
+    with reading(path, what):
+        parts = read_exr(path, what)
+        meaning = _read_meaning(path, parts)
+        transport = _assemble(path, meaning, parts)
+        if _checksum(transport) != meaning.get("checksum"):
+            raise FileFormatError(
+                f"{path}: its pixels are not those that were recorded: the file was edited or damaged; record it again"
+            )
     if scene_hash is not None and scene_hash != transport.scene_hash:
         raise FileFormatError(
             f"{path} was recorded from another scene, or from this one before a change; record it again"
         )
     return transport
-
-
-def channel_names(storage: Storage) -> list[str]:
-    """Names of the EXR channels of one group, in the order of the transport's channels."""
-    if storage.grid is None:
-        return ["R", "G", "B"]
-    labels = [spectral_channel(knot) for knot in storage.grid.wavelengths_nm]
-    if storage.kind == "bands":
-        return labels
-    return [label.replace("S0", axis) for label in labels for axis in "XYZ"]
 
 
 def _meaning(transport: Transport) -> dict[str, Any]:
@@ -113,21 +129,21 @@ def _read_meaning(path: Path, parts: list[Any]) -> dict[str, Any]:
     if text is None:
         raise FileFormatError(f"{path} is an EXR picture, but no transport; make one with: spectral-scene transport")
     try:
+        require_shallow(text, path)
         meaning: dict[str, Any] = json.loads(text)
-        known = meaning["kind"] == KIND and meaning["version"] <= VERSION
+        kind, version = meaning["kind"], meaning["version"]
     except (ValueError, KeyError, TypeError) as error:
         raise FileFormatError(f"{path}: its header was edited and cannot be read ({error}); record it again") from error
-    if not known:
-        raise FileFormatError(f"{path} is of version {meaning.get('version')}; this program reads up to {VERSION}")
+    if kind != KIND or isinstance(version, bool) or not isinstance(version, int) or not 1 <= version <= VERSION:
+        raise FileFormatError(f"{path} is of version {str(version)[:40]}; this program reads 1 to {VERSION}")
     return meaning
 
 
 def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transport:
     try:
-        knots = meaning["wavelengths_nm"]
-        storage = Storage(meaning["storage"], None if knots is None else SpectralGrid(np.array(knots)))
+        storage = storage_of_document(meaning["storage"], meaning["wavelengths_nm"])
         groups = tuple(meaning["groups"])
-        names = channel_names(storage)
+        names = storage.channel_names()
         planes = [[_plane(part, name) for name in names] for part in parts[: len(groups)]]
         return Transport(
             storage, groups, np.array(planes, dtype=np.float32), _plane(parts[len(groups)], "A"),

@@ -18,7 +18,7 @@ from spectral_core.render.trace.camera_rays import camera_frame, rays
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.render.trace.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
-from spectral_core.render.trace.wavelengths import FIRST_NM, WavelengthPlan
+from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
@@ -66,18 +66,21 @@ class Accumulator:
 
     def _spectral_tables(self, plan: WavelengthPlan) -> None:
         mi = self._mi
-        self._draw = mi.DiscreteDistribution(mi.Float(plan.density.astype(np.float32)))
-        density = np.maximum(plan.density, 1e-30)
+        self._draw = mi.DiscreteDistribution(mi.Float(plan.probability.astype(np.float32)))
+        # the probability that the table in single precision has in fact, or narrow lines would be off by its rounding
+        cumulative = np.concatenate([[0.0], np.array(self._draw.cdf, dtype=np.float64)])
+        density = np.diff(cumulative) / cumulative[-1] / plan.widths_nm
+        density = np.maximum(density, 1e-30)
+        self._cell_start, self._cell_width = mi.Float(plan.edges_nm[:-1]), mi.Float(plan.widths_nm)
         # response / density at both ends of a cell: within it the response is linear and the density constant
-        self._starts = [mi.Float((row[:-1] / density).astype(np.float32)) for row in plan.responses[:3]]
-        self._ends = [mi.Float((row[1:] / density).astype(np.float32)) for row in plan.responses[:3]]
+        starts, _, ends = plan.pieces[:, :3]
+        self._starts = [mi.Float((row / density).astype(np.float32)) for row in starts]
+        self._ends = [mi.Float((row / density).astype(np.float32)) for row in ends]
         if self.band_count:
-            rows = plan.responses[3:]
-            linear = np.stack([rows[:, :-1], (rows[:, :-1] + rows[:, 1:]) / 2, rows[:, 1:]])
-            self._band_tables(linear if plan.pieces is None else plan.pieces, density)
+            self._band_tables(plan.pieces[:, 3:], density)
 
     def _band_tables(self, pieces: NDArray[np.float64], density: NDArray[np.float64]) -> None:
-        """Per cell the few bands that respond there, their weights at both ends, and how far they bulge in between."""
+        """Per cell the few bands that respond there, their weights at both ends, and their quadratic part."""
         mi = self._mi
         touched = np.any(pieces != 0, axis=0)
         self._band_slots = max(1, int(touched.sum(axis=0).max()))
@@ -85,6 +88,7 @@ class Accumulator:
         index = np.zeros((self._band_slots, cells), np.uint32)
         start, end, bulge = np.zeros((3, self._band_slots, cells), np.float32)
         bulges = 4 * (pieces[1] - (pieces[0] + pieces[2]) / 2)
+        bulges[np.abs(bulges) < 1e-12 * np.abs(pieces).max(initial=0)] = 0.0  # rounding of what is linear
         for cell in range(cells):
             for slot, band in enumerate(np.flatnonzero(touched[:, cell])):
                 index[slot, cell] = band
@@ -182,7 +186,9 @@ class Accumulator:
             cell, rest = self._draw.sample_reuse(comb[k])
             cells.append(cell)
             within.append(rest)
-        ray.wavelengths = mi.Spectrum(*(mi.Float(c) + w + float(FIRST_NM) for c, w in zip(cells, within, strict=True)))
+        starts = (dr.gather(mi.Float, self._cell_start, cell) for cell in cells)
+        widths = (dr.gather(mi.Float, self._cell_width, cell) for cell in cells)
+        ray.wavelengths = mi.Spectrum(*(dr.fma(w, t, s) for s, w, t in zip(starts, widths, within, strict=True)))
         return ray, cells, within
 
     def _number(self, value: float) -> Any:

@@ -14,8 +14,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.files.guarded import read_text, reading
 from spectral_core.spectra.files import csv_table, mitsuba_spd, spdx
-from spectral_core.spectra.files.columns import ReadOptions, SpectrumKind, is_number, kind_of, read_text
+from spectral_core.spectra.files.columns import ReadOptions, SpectrumKind, is_number, kind_of
 from spectral_core.spectra.files.spdx import SpdxDocument, read_spdx, write_spdx
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -53,11 +54,13 @@ def read_spectra(
     """
     file = Path(path)
     options = ReadOptions(kind, wavelength_unit, value_unit)
-    name = detect_format(file) if file_format is None else _known_format(file_format)
-    if name == "spdx":
-        return [spdx.read_spdx(file, options).spectrum]
-    reader = mitsuba_spd.read if name == "spd" else csv_table.read
-    return reader(file, options)
+    name = None if file_format is None else _known_format(file_format)
+    with reading(file, "spectra"):
+        name = name or detect_format(file)
+        if name == "spdx":
+            return [spdx.read_spdx(file, options).spectrum]
+        reader = mitsuba_spd.read if name == "spd" else csv_table.read
+        return reader(file, options)
 
 
 def read_spectrum(path: str | Path, *, kind: SpectrumKind | None = None) -> Spectrum:

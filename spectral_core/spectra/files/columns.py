@@ -84,25 +84,6 @@ def known_unit(given: str, known: dict[str, float]) -> str:
     return name
 
 
-def read_text(path: Path) -> str:
-    """The file as text (UTF-8, or UTF-16 with its mark). Raises FileFormatError."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise FileFormatError(f"{path}: {error.strerror or error}; expected a file that can be read") from error
-    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        text = data.decode(encoding)
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise FileFormatError(f"{path}, line {line}: not {encoding} text; save the file as UTF-8") from error
-    if "\0" in text:
-        raise FileFormatError(f"{path}, line {text[: text.index(chr(0))].count(chr(10)) + 1}: a binary file, not text")
-    if not text.strip():
-        raise FileFormatError(f"{path}, line 1: the file is empty; expected wavelengths and values")
-    return text
-
-
 def is_number(text: str) -> bool:
     """Whether ``text`` reads as a number, NaN and Inf included."""
     try:

@@ -16,6 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from spectral_core.errors import FileFormatError
+from spectral_core.files.guarded import read_text
+from spectral_core.files.whole import write_text
 from spectral_core.spectra.files.columns import (
     FRACTION_PER_UNIT,
     NM_PER_UNIT,
@@ -25,7 +27,6 @@ from spectral_core.spectra.files.columns import (
     is_number,
     known_unit,
     number,
-    read_text,
 )
 from spectral_core.spectra.files.statements import Statements, statements_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -63,7 +64,7 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
     writer.writerows(
         [repr(wavelength), *values] for wavelength, *values in zip(wavelengths.tolist(), *cells, strict=True)
     )
-    path.write_text(buffer.getvalue(), encoding="utf-8")
+    write_text(path, buffer.getvalue())
 
 
 def _rows(path: Path, statements: Statements) -> list[Row]:
@@ -171,17 +172,31 @@ def _named_column(heading: str, fallback: str, wavelength_unit: str | None) -> C
     column = Column(heading or fallback, wavelength_unit=wavelength_unit)
     column.value_unit = _stated_unit(heading, FRACTION_PER_UNIT)
     if column.value_unit:
-        column.name = re.sub(r"\s*[\[(][^\[\]()]*[\])]\s*$", "", heading) or fallback
+        name, _, bracketed = _last_word(heading)
+        column.name = (name if bracketed else heading) or fallback
     return column
 
 
 def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
     """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``; None where none is."""
-    match = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$|[_ ]([A-Za-zµμÅå]+)\s*$|^(nm|um|µm|μm)$", heading)
-    unit = next((group for group in match.groups() if group), None) if match else None
-    if unit is None:
-        return None
     try:
-        return known_unit(unit, known)
+        return known_unit(_last_word(heading)[1], known)
     except ValueError:
         return None
+
+
+def _last_word(heading: str) -> tuple[str, str, bool]:
+    """A heading without its last word, that word, and whether it stands in brackets; a lone word is the last one.
+
+    Written out, not as a pattern: a pattern that finds the bracket from the front tries every start, and a heading of
+    20,000 blanks took hours.
+    """
+    text = heading.rstrip()
+    if text.endswith(("]", ")")):
+        opened = max(text.rfind("["), text.rfind("("))
+        inside = text[opened + 1 : -1]
+        if opened >= 0 and not set(inside) & set("])"):
+            return text[:opened].rstrip(), inside.strip(), True
+        return text, "", False
+    cut = max(text.rfind("_"), text.rfind(" "))
+    return text[: max(cut, 0)].rstrip(), text[cut + 1 :], False

@@ -9,7 +9,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from spectral_core.errors import FileFormatError
-from spectral_core.spectra.files.columns import Column, ReadOptions, built, number, read_text
+from spectral_core.files.guarded import read_text
+from spectral_core.files.whole import write_text
+from spectral_core.spectra.files.columns import Column, ReadOptions, built, number
 from spectral_core.spectra.files.statements import Statements, statements_of
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -41,4 +43,4 @@ def write(path: Path, spectrum: Spectrum) -> None:
     """Write one spectrum; numbers are the shortest that read back exactly."""
     samples = zip(spectrum.grid.wavelengths_nm.tolist(), spectrum.values.tolist(), strict=True)
     lines = [*statements_of([spectrum], names=True), *(f"{wavelength!r} {value!r}" for wavelength, value in samples)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")

@@ -14,7 +14,9 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
-from spectral_core.spectra.files.columns import Column, ReadOptions, SpectrumKind, built, kind_of, number, read_text
+from spectral_core.files.guarded import read_text, reading
+from spectral_core.files.whole import write_text
+from spectral_core.spectra.files.columns import Column, ReadOptions, SpectrumKind, built, kind_of, number
 from spectral_core.spectra.spectrum import Spectrum
 
 NAMESPACE = "http://www.ies.org/iestm2714"
@@ -64,7 +66,11 @@ class SpdxDocument:
 def read_spdx(path: str | Path, options: ReadOptions | None = None) -> SpdxDocument:
     """The file with its header. Raises FileFormatError (file, line, what was expected)."""
     file = Path(path)
-    options = options or ReadOptions()
+    with reading(file, "the XML of IES TM-27-14"):
+        return _read(file, options or ReadOptions())
+
+
+def _read(file: Path, options: ReadOptions) -> SpdxDocument:
     handler = _Handler(file)
     handler.parse(read_text(file))
     column, texts = handler.column, handler.texts
@@ -128,7 +134,7 @@ def write_spdx(path: str | Path, document: SpdxDocument | Spectrum) -> None:
         for wavelength, value in zip(spectrum.grid.wavelengths_nm.tolist(), spectrum.values.tolist(), strict=True)
     ]
     lines += ["\t</SpectralDistribution>", "</IESTM2714>"]
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def _document_of(spectrum: Spectrum) -> SpdxDocument:
@@ -156,7 +162,7 @@ class _Handler:
         self._parser.CharacterDataHandler = self._characters
         self._parser.StartDoctypeDeclHandler = self._doctype
         self._open: list[str] = []
-        self._text = ""
+        self._text: list[str] = []
         self._wavelength = 0.0
 
     def parse(self, text: str) -> None:
@@ -179,7 +185,7 @@ class _Handler:
         if not self._open and (name != "IESTM2714" or namespace.lower().rstrip("/") not in NAMESPACES):
             raise self._error(f"the root is <{name}> of namespace {namespace!r}; expected <IESTM2714> of {NAMESPACE!r}")
         self._open.append(name)
-        self._text = ""
+        self._text = []
         if name == "SpectralData":
             if "wavelength" not in attributes:
                 raise self._error('SpectralData without a wavelength; expected <SpectralData wavelength="400">')
@@ -187,15 +193,14 @@ class _Handler:
             self._wavelength = number(self._path, line, attributes["wavelength"], "a wavelength in nm")
 
     def _characters(self, text: str) -> None:
-        self._text += text
+        self._text.append(text)
 
     def _end(self, _tag: str) -> None:
         name, line = self._open.pop(), self._parser.CurrentLineNumber
+        text = "".join(self._text).strip()
         if name == "SpectralData":
-            value = number(self._path, line, self._text.strip(), "a value")
+            value = number(self._path, line, text, "a value")
             self.column.add(line, self._wavelength, value)
-        elif self._text.strip():
-            text = self._text.strip()
-            if text != "None":  # what colour-science writes for an element it has no text for
-                self.texts[name] = (text, line)
-        self._text = ""
+        elif text and text != "None":  # what colour-science writes for an element it has no text for
+            self.texts[name] = (text, line)
+        self._text = []

@@ -13,16 +13,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
-from spectral_core.spectra import catalogue
-from spectral_core.spectra.color import linear_from_display_rgb
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
-from spectral_core.volume.documents.schema import require_valid
+from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_grid, decoded_spectrum, encoded_grid
+from spectral_core.documents.schema import Schema
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.spectra.spectrum import SpectralGrid
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.transfer import Array, Material, TransferFunction
 
 FORMAT = "spectral-scene transfer function"
 VERSION = 1
+TRANSFER_SCHEMA = Schema("spectral_core.volume.documents", "transfer.schema.json")
+MOST_SAMPLES = 20_000_000
+"""Of the spectra of all materials together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,7 @@ def document_of(stated: TransferDocument) -> dict[str, Any]:
         document["title"] = stated.title
     document |= {"values": stated.values, "length": stated.length}
     if stated.transfer.wavelengths_nm is not None:
-        document["wavelengths"] = _encoded_grid(SpectralGrid(stated.transfer.wavelengths_nm))
+        document["grid"] = encoded_grid(SpectralGrid(stated.transfer.wavelengths_nm))
     spectral = stated.transfer.wavelengths_nm is not None
     document["materials"] = [_encoded_material(material, spectral) for material in stated.transfer.materials]
     return document
@@ -99,17 +101,38 @@ def transfer_of(document: Any, folder: Path) -> TransferDocument:
 
     Raises FileFormatError that names the place in the document.
     """
-    require_valid(document)
-    grid = _decoded_grid(document["wavelengths"]) if "wavelengths" in document else None
+    TRANSFER_SCHEMA.require_valid(document)
+    grid, files = _grid_of(document), SpectrumFiles(folder)
+    if grid is not None and grid.size * len(document["materials"]) > MOST_SAMPLES:
+        raise FileFormatError(
+            f"{len(document['materials'])} materials on {grid.size} wavelengths; expected at most {MOST_SAMPLES:,} "
+            "samples"
+        )
     materials = []
     for index, table in enumerate(document["materials"]):
         try:
-            materials.append(_decoded_material(table, grid, folder))
+            materials.append(_decoded_material(table, grid, files))
         except InvalidInputError as error:
             raise FileFormatError(f"materials[{index}] ({table['name']}): {error}") from error
     transfer = TransferFunction(tuple(materials), None if grid is None else grid.wavelengths_nm)
     title, values, length = (document.get(k, d) for k, d in (("title", ""), ("values", "data"), ("length", "world")))
     return TransferDocument(transfer, values, length, title)
+
+
+def _grid_of(document: dict[str, Any]) -> SpectralGrid | None:
+    """The grid of a spectral document; ``wavelengths`` is its name in documents of 2026."""
+    names = [name for name in ("grid", "wavelengths") if name in document]
+    if not names:
+        return None
+    try:
+        if len(names) > 1:
+            raise InvalidInputError("it is the same as [grid]; state it once")
+        grid = decoded_grid(document[names[0]])
+        if grid.interpolation != "linear":
+            raise InvalidInputError("colors here are linear between wavelengths; remove the word interpolation")
+    except InvalidInputError as error:
+        raise FileFormatError(f"{names[-1]}: {error}") from error
+    return grid
 
 
 def _encoded_material(material: Material, spectral: bool) -> dict[str, Any]:
@@ -129,7 +152,7 @@ def _encoded_material(material: Material, spectral: bool) -> dict[str, Any]:
     return table
 
 
-def _decoded_material(table: dict[str, Any], grid: SpectralGrid | None, folder: Path) -> Material:
+def _decoded_material(table: dict[str, Any], grid: SpectralGrid | None, files: SpectrumFiles) -> Material:
     if "extinction" not in table and "emission" not in table:
         raise InvalidInputError("it has neither extinction nor emission, so it shows nothing; give one of them")
     gradient = table.get("gradient", {})
@@ -138,7 +161,7 @@ def _decoded_material(table: dict[str, Any], grid: SpectralGrid | None, folder: 
         table["name"],
         np.array(table["values"], float),
         np.array(table.get("extinction", [0.0] * len(table["values"])), float),
-        _decoded_color(table["color"], lit, grid, folder),
+        _decoded_color(table["color"], lit, grid, files),
         np.array(table["emission"], float) if "emission" in table else None,
         lit,
         np.array(gradient["values"], float) if gradient else None,
@@ -146,70 +169,15 @@ def _decoded_material(table: dict[str, Any], grid: SpectralGrid | None, folder: 
     )
 
 
-def _decoded_color(given: Any, lit: bool, grid: SpectralGrid | None, folder: Path) -> Array:
+def _decoded_color(given: Any, lit: bool, grid: SpectralGrid | None, files: SpectrumFiles) -> Array:
+    """Linear sRGB, or samples on the document's grid: of a reflectance where the material is lit, else of a light."""
+    is_spectrum = isinstance(given, dict) or (isinstance(given, str) and not given.startswith("#"))
     if grid is None:
-        if isinstance(given, dict):
-            raise InvalidInputError("its color is a spectrum, but the document has no [wavelengths]; add them")
-        if isinstance(given, str):
-            return linear_from_display_rgb([int(given[at : at + 2], 16) / 255 for at in (1, 3, 5)])
-        return np.array(given, float)
-    if not isinstance(given, dict):
-        raise InvalidInputError(
-            "its color is no spectrum, but the document has [wavelengths]; give all of them spectra"
-        )
-    spectrum = _decoded_spectrum(given, lit, grid, folder)
+        if is_spectrum:
+            raise InvalidInputError("its color is a spectrum, but the document has no [grid]; add one")
+        return decoded_color(given)
+    if not is_spectrum:
+        raise InvalidInputError("its color is no spectrum, but the document has a [grid]; give all of them spectra")
+    spectrum = decoded_spectrum(given, "reflectance" if lit else "illuminant", grid, files)
     # A lamp's lines may be narrower than a step: their power counts, not the value that a knot happens to meet.
     return (spectrum if spectrum.grid.same_as(grid) else spectrum.resampled(grid, average=not lit)).values
-
-
-def _decoded_spectrum(table: dict[str, Any], lit: bool, grid: SpectralGrid, folder: Path) -> Spectrum:
-    """A reflectance where the material is lit, else a light."""
-    sources = [word for word in ("catalogue", "file", "values") if word in table]
-    if len(sources) != 1:
-        raise InvalidInputError(
-            f"its color gives {' and '.join(sources) or 'nothing'}; expected one of catalogue, file and values"
-        )
-    if sources[0] == "catalogue":
-        return catalogue.reflectance(table["catalogue"]) if lit else catalogue.illuminant(table["catalogue"])
-    if sources[0] == "values":
-        own = SpectralGrid(np.array(table["wavelengths_nm"], float)) if "wavelengths_nm" in table else grid
-        return (Reflectance if lit else Illuminant)(table.get("name", "color"), own, np.array(table["values"], float))
-    from spectral_core.spectra.files import read_spectra
-
-    spectra = {
-        each.name: each for each in read_spectra(folder / table["file"], kind="reflectance" if lit else "illuminant")
-    }
-    wanted = table.get("name", next(iter(spectra)) if len(spectra) == 1 else None)
-    if wanted is None:
-        raise InvalidInputError(f"{table['file']} holds {len(spectra)} spectra; say which by name")
-    if wanted not in spectra:
-        raise UnknownNameError.among(f"spectrum of {table['file']}", wanted, spectra)
-    return spectra[wanted]
-
-
-def _encoded_grid(grid: SpectralGrid) -> dict[str, Any]:
-    """Start, stop and step where they give the same wavelengths, else all of them."""
-    knots = grid.wavelengths_nm
-    table: dict[str, Any] = {
-        "start_nm": float(knots[0]),
-        "stop_nm": float(knots[-1]),
-        "step_nm": float(knots[1] - knots[0]),
-    }
-    try:
-        if SpectralGrid.uniform(*table.values()).same_as(grid):
-            return table
-    except InvalidInputError:
-        pass
-    return {"wavelengths_nm": knots.tolist()}
-
-
-def _decoded_grid(table: dict[str, Any]) -> SpectralGrid:
-    steps = [word for word in ("start_nm", "stop_nm", "step_nm") if word in table]
-    try:
-        if "wavelengths_nm" in table and not steps:
-            return SpectralGrid(np.array(table["wavelengths_nm"], float))
-        if len(steps) == 3 and "wavelengths_nm" not in table:
-            return SpectralGrid.uniform(*(float(table[word]) for word in steps))
-    except InvalidInputError as error:
-        raise FileFormatError(f"wavelengths: {error}") from error
-    raise FileFormatError("wavelengths must be start_nm, stop_nm and step_nm, or wavelengths_nm")

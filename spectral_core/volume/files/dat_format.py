@@ -16,7 +16,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from spectral_core.errors import FileFormatError
+from spectral_core.files.guarded import MOST_HEADER_BYTES, read_bytes
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.raw_format import read_layout
 from spectral_core.volume.files.request import RawLayout, ReadRequest
@@ -39,7 +42,7 @@ _SYNONYMS = {"rawfile": "objectfilename", "spacing": "slicethickness", "byteorde
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume that a .dat header describes."""
     fields: dict[str, str] = {}
-    for line in path.read_text("utf-8", "replace").splitlines():
+    for line in read_bytes(path, MOST_HEADER_BYTES).decode("utf-8", "replace").splitlines():
         key, separator, value = line.partition(":")
         if separator and not line.lstrip().startswith("#"):
             name = key.strip().lower().replace(" ", "")
@@ -77,6 +80,6 @@ def _numbers(text: str, path: Path, key: str, count: int = 3) -> list[float]:
         values = [float(word) for word in text.replace(",", " ").split()]
     except ValueError as error:
         raise FileFormatError(f"{key} of {path.name} is {text!r}; expected {count} numbers") from error
-    if len(values) != count:
+    if len(values) != count or not np.isfinite(values).all():
         raise FileFormatError(f"{key} of {path.name} is {text!r}; expected {count} numbers")
     return values

@@ -11,8 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError
+from spectral_core.files.guarded import header_lines, open_regular
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import affine, make_volume, open_payload, pick_component, read_numbers, x_first
+from spectral_core.volume.files.payload import (
+    affine,
+    listed_files,
+    make_volume,
+    numbered_files,
+    open_payload,
+    pick_component,
+    read_numbers,
+    x_first,
+)
 from spectral_core.volume.files.request import ReadRequest
 
 _TYPES = {
@@ -62,7 +72,7 @@ class _Header:
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of a MetaImage; a fourth axis or several channels need ``request.component``."""
-    with path.open("rb") as stream:
+    with open_regular(path) as stream:
         header = _read_header(stream, path)
         dimensions = int(header.numbers("NDims", count=1)[0])
         if dimensions not in (3, 4):
@@ -71,6 +81,8 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         if min(shape) < 1:
             raise FileFormatError(f"{path.name} states sizes {shape}; each must be at least 1")
         channels = int(header.numbers("ElementNumberOfChannels", count=1, default=[1])[0])
+        if channels < 1:
+            raise FileFormatError(f"{path.name} states {channels} channels; expected at least 1")
         array = x_first(_numbers(header, stream, path, [channels, *shape]), [channels, *shape])
     array = pick_component(array, 0, request.component if channels > 1 else None, path, "channels")
     if dimensions == 4:
@@ -81,7 +93,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 def _read_header(stream: BinaryIO, path: Path) -> _Header:
     """Lines up to ElementDataFile, which is the last; the stream then stands at what follows it."""
     fields: dict[str, str] = {}
-    for line in stream:
+    for line in header_lines(stream, path):
         key, separator, value = line.decode("utf-8", "replace").partition("=")
         if not separator:
             if line.strip():
@@ -120,6 +132,8 @@ def _numbers(header: _Header, stream: BinaryIO, path: Path, shape: list[int]) ->
 
 def _skip_header(header: _Header, data: BinaryIO, expected: int, file: Path) -> None:
     skip = int(header.numbers("HeaderSize", count=1, default=[0])[0])
+    if skip < -1:
+        raise FileFormatError(f"HeaderSize of {file.name} is {skip}; expected a number of bytes, or -1")
     if skip == -1:  # the data are the end of the file
         size = data.seek(0, 2)
         if size < expected:
@@ -132,11 +146,10 @@ def _data_files(named: str, stream: BinaryIO, path: Path, slices: int) -> list[P
     """One file, ``LIST`` with a file per slice after it, or ``pattern first last step``."""
     words = named.split()
     if words and words[0] == "LIST":
-        names = [line.strip().decode("utf-8", "replace") for line in stream.readlines()]
-        return [path.parent / name for name in names if name]
+        return listed_files(stream, path.parent, path)
     if len(words) in (3, 4) and "%" in words[0]:
         first, last, step = (int(word) for word in [*words[1:], "1"][:3])
-        return [path.parent / (words[0] % number) for number in range(first, last + 1, step)]
+        return numbered_files(words[0], range(first, last + 1, step), path.parent, path)
     return [path.parent / named]
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import glob
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.files.guarded import require_regular, require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
@@ -26,9 +29,16 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     except ImportError as error:
         raise MissingDependencyError.package("nibabel", "reading NIfTI files", "volumes") from error
     try:
+        for beside in path.parent.glob(f"{glob.escape(path.name.split('.')[0])}.*"):  # the other half of a pair
+            if beside.suffix.lower() in (".img", ".gz", ".bz2") and not beside.is_dir():
+                require_regular(beside)
         image: Any = nibabel.load(path)
+        shape, dtype = image.dataobj.shape, image.dataobj.dtype
+        require_room(math.prod(int(n) for n in shape) * max(dtype.itemsize, 4), path)
         array = _values(image)
-    except Exception as error:  # damaged headers raise whatever their bytes lead to
+    except InvalidInputError:
+        raise
+    except Exception as error:
         raise FileFormatError(f"{path.name} is not a NIfTI file that can be read, or it is cut: {error}") from error
     while array.ndim > 3:
         array = pick_component(

@@ -16,8 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.files.guarded import header_lines, open_regular
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import affine, make_volume, open_payload, pick_component, read_numbers, x_first
+from spectral_core.volume.files.payload import (
+    affine,
+    listed_files,
+    make_volume,
+    numbered_files,
+    open_payload,
+    pick_component,
+    read_numbers,
+    x_first,
+)
 from spectral_core.volume.files.request import ReadRequest
 
 _ENCODINGS = {
@@ -30,6 +40,22 @@ _ENCODINGS = {
     "text": "ascii",
     "txt": "ascii",
 }
+_TYPES = {
+    **dict.fromkeys(("signed char", "int8", "int8_t"), "i1"),
+    **dict.fromkeys(("uchar", "unsigned char", "uint8", "uint8_t"), "u1"),
+    **dict.fromkeys(("short", "short int", "signed short", "signed short int", "int16", "int16_t"), "i2"),
+    **dict.fromkeys(("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"), "u2"),
+    **dict.fromkeys(("int", "signed int", "int32", "int32_t"), "i4"),
+    **dict.fromkeys(("uint", "unsigned int", "uint32", "uint32_t"), "u4"),
+    **dict.fromkeys(
+        ("longlong", "long long", "long long int", "signed long long", "signed long long int", "int64", "int64_t"), "i8"
+    ),
+    **dict.fromkeys(("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"), "u8"),
+    "float": "f4",
+    "double": "f8",
+}
+"""Every spelling of the NRRD format's definition, http://teem.sourceforge.net/nrrd/format.html."""
+MOST_LINE, MOST_LINES_SKIPPED = 1 << 16, 100_000
 _SPACE_KINDS = {"domain", "space"}
 
 
@@ -37,8 +63,8 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of a NRRD file; ``request.component`` picks from a fourth, non-space axis."""
     nrrd = _pynrrd("reading NRRD files")
     try:
-        with path.open("rb") as stream:
-            header = nrrd.read_header(_header_lines(stream))
+        with open_regular(path) as stream:
+            header = nrrd.read_header(_header_lines(stream, path))
             array = _numbers(header, stream, path)
         space = _space_axes(header, path)
         matrix = _to_world(header, space, path)
@@ -76,10 +102,12 @@ def _pynrrd(purpose: str) -> Any:
     return nrrd
 
 
-def _header_lines(stream: BinaryIO) -> list[bytes]:
+def _header_lines(stream: BinaryIO, path: Path) -> list[bytes]:
     """Lines up to the blank one, or to ``data file: LIST``, after which names follow that pynrrd cannot parse."""
     lines: list[bytes] = []
-    for line in stream:
+    for line in header_lines(stream, path):
+        if len(line) > MOST_LINE:
+            raise FileFormatError(f"{path.name} has a line of {len(line)} bytes in its header; it is damaged")
         if not line.strip():
             break
         lines.append(line)
@@ -89,8 +117,6 @@ def _header_lines(stream: BinaryIO) -> list[bytes]:
 
 
 def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray[Any]:
-    from nrrd.reader import _determine_datatype
-
     missing = [key for key in ("dimension", "type", "encoding", "sizes") if key not in header]
     if missing:
         raise FileFormatError(f"the NRRD header of {path.name} lacks {', '.join(missing)}; the file is cut or not NRRD")
@@ -100,7 +126,7 @@ def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray
     encoding = _ENCODINGS.get(header["encoding"].lower())
     if encoding is None or header["type"] == "block":
         raise FileFormatError(f"{path.name} holds {header['type']!r} in encoding {header['encoding']!r}; not supported")
-    dtype, count = _determine_datatype(header), math.prod(sizes)
+    dtype, count = _dtype(header, path), math.prod(sizes)
     named = header.get("data file", header.get("datafile"))
     if named is None:
         numbers = _payload(header, stream, dtype, count, path, encoding)
@@ -118,6 +144,20 @@ def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray
     return x_first(numbers, sizes)
 
 
+def _dtype(header: Mapping[str, Any], path: Path) -> np.dtype:
+    """The type of the numbers, with the byte order that a header states where it matters."""
+    kind = " ".join(str(header["type"]).split())
+    if kind not in _TYPES:
+        raise FileFormatError(f"{path.name} holds type {kind[:40]!r}; expected one of {', '.join(_TYPES)}")
+    dtype = np.dtype(_TYPES[kind])
+    order = str(header.get("endian", "")).lower()
+    if dtype.itemsize > 1 and header["encoding"].lower() not in ("ascii", "text", "txt"):
+        if order not in ("little", "big"):
+            raise FileFormatError(f"{path.name} has numbers of {dtype.itemsize} bytes without the field endian")
+        return dtype.newbyteorder("<" if order == "little" else ">")
+    return dtype
+
+
 def _payload(
     header: Mapping[str, Any], stream: BinaryIO, dtype: np.dtype, count: int, path: Path, encoding: str
 ) -> NDArray:
@@ -125,8 +165,11 @@ def _payload(
     skip = int(header.get("byte skip", header.get("byteskip", 0)))
     if lines < 0 or skip < -1 or (skip and encoding not in ("raw",)):
         raise FileFormatError(f"{path.name} skips {lines} lines and {skip} bytes before {encoding} data; not supported")
+    if lines > MOST_LINES_SKIPPED:
+        raise FileFormatError(f"{path.name} skips {lines} lines; expected at most {MOST_LINES_SKIPPED:,}")
     for _ in range(lines):
-        stream.readline()
+        if not stream.readline(MOST_LINE):
+            break
     if skip == -1:
         size = stream.seek(0, 2)
         if size < count * dtype.itemsize:
@@ -139,13 +182,12 @@ def _payload(
 
 def _data_files(named: str, stream: BinaryIO, path: Path) -> list[Path]:
     """The data files of a detached header: one name, ``LIST`` and names after it, or ``pattern first last step``."""
-    words = named.split()
+    words = named.split() or [""]
     if words[0] == "LIST":
-        names = [line.strip().decode("utf-8", "replace") for line in stream.readlines()]
-        return [path.parent / name for name in names if name]
+        return listed_files(stream, path.parent, path)
     if len(words) in (4, 5) and "%" in words[0]:
         first, last, step = (int(word) for word in words[1:4])
-        return [path.parent / (words[0] % number) for number in range(first, last + (1 if step > 0 else -1), step)]
+        return numbered_files(words[0], range(first, last + (1 if step > 0 else -1), step), path.parent, path)
     return [path.parent / named]
 
 

@@ -7,6 +7,7 @@ In an .npz the data are the only array of three or more axes (or ``field``); ``t
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.files.guarded import require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
 
+_MOST_ARRAYS = 1000
 _GEOMETRY = ("to_world", "spacing", "origin")
 
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of an .npy or .npz; a fourth axis (the last) needs ``request.component``."""
     try:
+        _require_bounded(path)
         loaded = np.load(path, allow_pickle=False)
         if isinstance(loaded, np.ndarray):
             if request.field is not None:
@@ -31,10 +35,12 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
             arrays = {path.stem: loaded}
         else:
             with loaded:
+                if len(loaded.files) > _MOST_ARRAYS:
+                    raise FileFormatError(f"{path.name} holds {len(loaded.files)} arrays; expected a volume")
                 arrays = {key: loaded[key] for key in loaded.files}
     except InvalidInputError:
         raise
-    except Exception as error:  # damaged headers raise whatever their bytes lead to
+    except Exception as error:
         raise FileFormatError(f"{path.name} is not a NumPy file of plain numbers, or it is cut: {error}") from error
     name = _choose(arrays, request.field, path)
     array = arrays[name]
@@ -45,6 +51,15 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
             f"array {name!r} of {path.name} has shape {array.shape}; expected three axes (nx, ny, nz)"
         )
     return make_volume(name if request.field else path.stem, array, _to_world(arrays, path), path)
+
+
+def _require_bounded(path: Path) -> None:
+    """FileFormatError where what an .npz unpacks to, or an .npy states, is more than memory or the file can hold."""
+    size = path.stat().st_size
+    if not zipfile.is_zipfile(path):
+        return require_room(size, path)
+    with zipfile.ZipFile(path) as archive:
+        return require_room(sum(entry.file_size for entry in archive.infolist()), path, held=size)
 
 
 def _choose(arrays: dict[str, NDArray[Any]], field: str | None, path: Path) -> str:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import math
-import os
 import sys
 from functools import cache
 from pathlib import Path
@@ -23,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import FREE_BYTES, MOST_EXPANSION, half_of_memory
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
@@ -43,8 +43,6 @@ _DTYPES = {
     "vec3d": "f8",
     "vec3i": "i4",
 }
-_MANY_BYTES, _MOST_EXPANSION = 1 << 28, 2000
-"""From this size on, a grid held dense may be so many times larger than its file: else it is empty space, or damage."""
 _WRITTEN = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)} | {"float16", "float32", "float64"}
 _SHAPE_KEY, _TYPE_KEY, _NAME_KEY = "spectral_shape", "spectral_dtype", "spectral_name"
 
@@ -85,6 +83,11 @@ def write(volume: ScalarVolume, path: Path) -> None:
     for key, text in texts.items():
         grid[key] = text
     openvdb.write(str(path), grids=[grid])
+
+
+def require_whole(path: Path) -> None:
+    """Raise FileFormatError where a file that was just written is cut: OpenVDB does not report a full disk."""
+    grid_names(path)
 
 
 @cache
@@ -174,19 +177,12 @@ def _require_holdable(name: str, shape: tuple[int, ...], dtype: np.dtype, path: 
     dense = math.prod(shape) * dtype.itemsize
     if dense == 0:
         raise FileFormatError(f"grid {name!r} of {path.name} has no active voxel; there is nothing to read")
-    sparse = dense > _MANY_BYTES and dense > _MOST_EXPANSION * path.stat().st_size
-    if sparse or dense > _half_of_memory():
+    sparse = dense > FREE_BYTES and dense > MOST_EXPANSION * path.stat().st_size
+    if sparse or dense > half_of_memory():
         raise FileFormatError(
             f"grid {name!r} of {path.name} spans {'×'.join(map(str, shape[:3]))} voxels, {dense / 2**30:.1f} GiB when "
             "dense: it is nearly empty, or too much for this machine; crop or resample it"
         )
-
-
-def _half_of_memory() -> int:
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
-    except (AttributeError, ValueError, OSError):  # Windows does not tell
-        return 8 << 30
 
 
 def _restored(array: NDArray[Any], dtype: str) -> NDArray[Any]:

@@ -5,33 +5,69 @@ from __future__ import annotations
 
 import bz2
 import gzip
-import io
 import lzma
+import re
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import MOST_NAMES, half_of_memory, header_lines, open_regular, require_room
 from spectral_core.volume.field import ScalarVolume
 
 _CHUNK = 1 << 20
+MOST_DIGITS = 64
+"""Characters that a number of a text file may take, blanks included."""
+_BLANK = re.compile(rb"\s")
+Names = TypeVar("Names", list[str], range)
 BROKEN_STREAM = (EOFError, OSError, zlib.error, lzma.LZMAError)
 """What the standard decompressors raise for a stream that is cut or damaged."""
 
 
 def open_payload(path: Path, named_by: Path) -> BinaryIO:
-    """Open the data file that header ``named_by`` names; FileFormatError when it is not there."""
+    """Open the data file that header ``named_by`` names; FileFormatError when it is not there or no regular file."""
     try:
-        return path.open("rb")
-    except (OSError, ValueError) as error:  # ValueError: a name that no file system takes
+        return open_regular(path)
+    except FileFormatError as error:
         raise FileFormatError(
-            f"{named_by.name} names the data file {path.name!r}, which cannot be opened in {path.parent} "
-            f"({getattr(error, 'strerror', error)}); keep both files together"
+            f"{named_by.name} names the data file {path.name[:80]!r}, which cannot be opened in {path.parent} "
+            f"({error}); keep both files together"
         ) from error
+
+
+def listed_files(stream: BinaryIO, folder: Path, header: Path) -> list[Path]:
+    """The data files that stand behind ``LIST``, a line each. Raises FileFormatError."""
+    names = [line.strip().decode("utf-8", "replace") for line in header_lines(stream, header)]
+    return [folder / name for name in _bounded([name for name in names if name], header)]
+
+
+def numbered_files(pattern: str, numbers: range, folder: Path, header: Path) -> list[Path]:
+    """The data files of a ``printf`` pattern with one number, such as ``slice%03d.raw``. Raises FileFormatError."""
+    parts = re.fullmatch(r"([^%]*)%(0?)(\d{0,2})[du]([^%]*)", pattern)
+    if parts is None:
+        raise FileFormatError(
+            f"{header.name} names data files by {pattern[:40]!r}; expected one number, as in x%03d.raw"
+        )
+    before, zero, width, after = parts.groups()
+    count = len(_bounded(numbers, header))
+    shown = (f"{number:{zero}{width or 0}d}" if zero or width else str(number) for number in numbers[:count])
+    return [folder / f"{before}{text}{after}" for text in shown]
+
+
+def _bounded(names: Names, header: Path) -> Names:
+    """As they are where there is at least one and not more than a volume has slices."""
+    try:
+        count = len(names)
+    except OverflowError:
+        count = MOST_NAMES + 1
+    if not 1 <= count <= MOST_NAMES:
+        what = "no data file" if count == 0 else f"more than {MOST_NAMES:,} data files"
+        raise FileFormatError(f"{header.name} names {what}; its header is damaged")
+    return names
 
 
 def read_numbers(
@@ -42,8 +78,11 @@ def read_numbers(
     ``exact`` refuses what follows the numbers, for payloads that should fill their file.
     """
     if encoding == "ascii":
-        array, rest = _ascii_numbers(stream.read(), dtype, count, source), 0
+        most = MOST_DIGITS * min(count, half_of_memory() // MOST_DIGITS)
+        array, rest = parse_text(stream.read(most + 1), dtype, count, source), 0
     else:
+        if encoding == "raw":
+            _require_length(stream, count * dtype.itemsize, source)
         array = _room_for(count, dtype, source)
         rest = _fill(stream, array.view(np.uint8), source, encoding, exact)
     if exact and rest:
@@ -58,6 +97,7 @@ def read_numbers(
 
 
 def _room_for(count: int, dtype: np.dtype, source: Path) -> NDArray[Any]:
+    require_room(count * dtype.itemsize, source)
     try:
         return np.empty(count, dtype)
     except (MemoryError, ValueError) as error:
@@ -65,6 +105,18 @@ def _room_for(count: int, dtype: np.dtype, source: Path) -> NDArray[Any]:
             f"{source.name} states {count} numbers of type {dtype.name}, more than memory holds; "
             "the header is odd, or the volume must be cropped or resampled first"
         ) from error
+
+
+def _require_length(stream: BinaryIO, needed: int, source: Path) -> None:
+    """FileFormatError where the rest of a file is shorter than its header states, before room is made for it."""
+    start = stream.tell()
+    left = stream.seek(0, 2) - start
+    stream.seek(start)
+    if left < needed:
+        raise FileFormatError(
+            f"{source.name} is cut: its data have {max(left, 0)} bytes where its header states {needed}; "
+            "copy or export it again"
+        )
 
 
 def _fill(stream: BinaryIO, target: NDArray[np.uint8], source: Path, encoding: str, exact: bool) -> int:
@@ -118,11 +170,24 @@ class _ZlibStream:
         return len(plain)
 
 
-def _ascii_numbers(text: bytes, dtype: np.dtype, count: int, source: Path) -> NDArray[Any]:
-    words = text.split()
-    if len(words) != count:
-        raise FileFormatError(f"{source.name} lists {len(words)} numbers where its header states {count}")
-    return parse_words(words, dtype, source)
+def parse_text(text: bytes, dtype: np.dtype, count: int, source: Path) -> NDArray[Any]:
+    """``count`` numbers of a text, native; FileFormatError where there are more or fewer.
+
+    A million at a time: a word of Python takes 40 bytes beside the two that it may have in the file.
+    """
+    require_room(count * dtype.itemsize, source)
+    parts, found, start = [], 0, 0
+    while start < len(text) and found <= count:
+        space = _BLANK.search(text, min(start + 4 * _CHUNK, len(text)))
+        end = space.start() if space else len(text)
+        words, start = text[start:end].split(), end
+        found += len(words)
+        parts.append(parse_words(words, dtype, source))
+    if found != count:
+        raise FileFormatError(
+            f"{source.name} lists {'more than ' * (start < len(text))}{found} numbers where {count} are stated"
+        )
+    return np.concatenate(parts) if parts else np.empty(0, dtype.newbyteorder("="))
 
 
 def parse_words(words: Sequence[bytes], dtype: np.dtype, source: Path) -> NDArray[Any]:
@@ -137,11 +202,6 @@ def parse_words(words: Sequence[bytes], dtype: np.dtype, source: Path) -> NDArra
     if wide.size and (wide.min() < limits.min or wide.max() > limits.max):
         raise FileFormatError(f"{source.name} lists a value outside the range of its type {dtype.name}")
     return wide.astype(dtype.newbyteorder("="))
-
-
-def ascii_stream(text: bytes) -> BinaryIO:
-    """Text already read, as a stream for ``read_numbers``."""
-    return io.BytesIO(text)
 
 
 def x_first(numbers: NDArray[Any], shape: Sequence[int]) -> NDArray[Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import open_regular
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, read_numbers, x_first
 from spectral_core.volume.files.request import RawLayout, ReadRequest
@@ -37,12 +38,8 @@ def read_layout(path: Path, layout: RawLayout) -> ScalarVolume:
     """The volume of one raw file; a file of another length than the layout states is refused."""
     count = math.prod(layout.shape)
     expected = count * layout.stored_dtype.itemsize
-    try:
-        size = path.stat().st_size
-        stream = path.open("rb")
-    except OSError as error:
-        raise InvalidInputError(f"{path} cannot be opened: {error.strerror}") from error
-    with stream:
+    with open_regular(path) as stream:
+        size = stream.seek(0, 2)
         start = layout.offset if layout.offset >= 0 else size - expected
         if size - start != expected or start < 0:
             raise FileFormatError(

@@ -7,6 +7,7 @@ import importlib
 from pathlib import Path
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.guarded import reading, require_regular
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.registry import by_name, detect_format
 from spectral_core.volume.files.request import RawLayout, ReadRequest
@@ -28,5 +29,8 @@ def read_volume(
         raise InvalidInputError(f"{path} is a folder; a raw layout describes one file")
     chosen = by_name("raw") if raw is not None else detect_format(path)
     reader = importlib.import_module(f"spectral_core.volume.files.{chosen.name}_format")
-    volume: ScalarVolume = reader.read(path, request)
+    with reading(path, f"a volume in the format {chosen.description}"):
+        if not path.is_dir():
+            require_regular(path)
+        volume: ScalarVolume = reader.read(path, request)
     return volume

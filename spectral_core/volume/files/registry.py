@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import open_regular
 from spectral_core.volume.files.payload import BROKEN_STREAM
 
 _HEAD = 4096
@@ -100,12 +101,9 @@ def detect_format(path: str | Path) -> VolumeFormat:
 
 
 def file_head(path: Path) -> bytes:
-    """The first bytes of a file, unpacked if it is gzipped; InvalidInputError when it cannot be opened."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(_HEAD)
-    except OSError as error:
-        raise InvalidInputError(f"{path} cannot be opened: {error.strerror}") from error
+    """The first bytes of a file, unpacked if it is gzipped; FileFormatError when it cannot be opened."""
+    with open_regular(path) as stream:
+        head = stream.read(_HEAD)
     if head.startswith(b"\x1f\x8b"):
         try:
             with gzip.open(path) as stream:

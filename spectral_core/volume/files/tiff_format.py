@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import logging
 import re
+import struct
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,10 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, SpectralError
+from spectral_core.files.guarded import open_regular, require_regular, require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
 
+_DEFLATE, _DEFLATE_RATIO, _SLACK_BYTES = (8, 32946), 1040, 16 << 20
+_MOST_PAGES = 1_000_000
 _DEPTH = "ZIQ"
 """tifffile's axis letters for depth: Z stated, I a page sequence, Q unknown."""
 
@@ -56,6 +61,7 @@ def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVol
         raise FileFormatError(f"{folder} holds no .tif or .tiff files; a folder is read as a stack of them")
     slices: list[NDArray[Any]] = []
     for file in files:
+        require_regular(file)
         pages, _ = _read_file(tifffile, file, request)
         if pages.shape[0] != 1:
             raise FileFormatError(
@@ -79,17 +85,19 @@ def _by_number(file: Path) -> list[Any]:
 def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray[Any], NDArray[np.float64]]:
     """Pages (z, y, x) and spacing (3,) of one file."""
     try:
+        _require_ending_chain(path)
         with _collected_errors() as complaints, tifffile.TiffFile(path) as file:
             _refuse_cut(file, path)
             if len(file.series) != 1:
                 shapes = ", ".join(str(series.shape) for series in file.series)
                 raise FileFormatError(f"{path.name} holds images of different shapes ({shapes}); expected one stack")
             series = file.series[0]
+            require_room(series.nbytes, path, held=path.stat().st_size)
             array, axes = series.asarray(), series.axes
             spacing = _spacing(file, series)
         if complaints:
             raise FileFormatError(f"{path.name} is cut or damaged: {complaints[0]}")
-    except Exception as error:  # damaged tags and codecs raise whatever their bytes lead to
+    except Exception as error:
         if isinstance(error, SpectralError):
             raise
         raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is cut: {error}") from error
@@ -129,11 +137,50 @@ def _refuse_cut(file: Any, path: Path) -> None:
     size = path.stat().st_size
     for number, page in enumerate(file.pages):
         page = page.aspage()
+        _require_honest_strips(page, number, path)
         for offset, count in zip(page.dataoffsets, page.databytecounts, strict=True):
             if offset + count > size:
                 raise FileFormatError(
                     f"{path.name} is cut: page {number} needs {offset + count} bytes, the file has {size}"
                 )
+
+
+def _require_honest_strips(page: Any, number: int, path: Path) -> None:
+    """FileFormatError where a strip unpacks to more than a page needs: the codecs unpack whatever there is."""
+    if int(page.compression) not in _DEFLATE:
+        return
+    most = page.nbytes + _SLACK_BYTES
+    with open_regular(path) as stream:
+        for offset, count in zip(page.dataoffsets, page.databytecounts, strict=True):
+            if count * _DEFLATE_RATIO <= most:
+                continue
+            stream.seek(offset)
+            inflate = zlib.decompressobj()
+            packed, length = stream.read(count), 0
+            while packed and not inflate.eof and length <= most:
+                length += len(inflate.decompress(packed, _SLACK_BYTES))
+                packed = inflate.unconsumed_tail
+            if length > most:
+                raise FileFormatError(f"{path.name} is damaged: a strip of page {number} unpacks to over {most} bytes")
+
+
+def _require_ending_chain(path: Path) -> None:
+    """FileFormatError where the list of pages leads back into itself, which tifffile would follow for ever."""
+    with open_regular(path) as stream:
+        head = stream.read(16)
+        order = "<" if head[:2] == b"II" else ">"
+        big = head[2:4] in (b"+\0", b"\0+")
+        count_format, entry, offset_format = (f"{order}Q", 20, f"{order}Q") if big else (f"{order}H", 12, f"{order}I")
+        (offset,) = struct.unpack_from(offset_format, head, 8 if big else 4)
+        seen: set[int] = set()
+        while offset:
+            if offset in seen or len(seen) >= _MOST_PAGES:
+                raise FileFormatError(f"{path.name} is damaged: its list of pages does not end")
+            seen.add(offset)
+            stream.seek(offset)
+            (entries,) = struct.unpack(count_format, stream.read(struct.calcsize(count_format)))
+            stream.seek(entry * entries, 1)
+            (offset,) = struct.unpack(offset_format, stream.read(struct.calcsize(offset_format)))
 
 
 def _spacing(file: Any, series: Any) -> NDArray[np.float64]:

@@ -23,6 +23,9 @@ from spectral_core.volume.files.vdb_write import ALL_VALUES, LEAF, MAGIC, NODE_L
 
 ACTIVE_MASK, BLOSC = 2, 4
 FIRST_VERSION = 222
+LEAF_BYTES = LEAF**3 // 8 + 1
+"""The least that the values of a leaf take: a mask and a mark."""
+TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
 _TYPES = {
     "float": "<f4",
     "double": "<f8",
@@ -36,13 +39,16 @@ _SCALARS = {"int32": "<i", "int64": "<q", "float": "<f", "double": "<d", "bool":
 
 
 @dataclass(frozen=True)
-class Tile:
-    """A cube of one value: first index (3,), voxels along an edge, the value, and whether it is active."""
+class Tiles:
+    """Cubes of one value each: first indices (n, 3), voxels along an edge (n,), values (n,), which are active (n,).
 
-    corner: NDArray[np.int64]
-    width: int
-    value: Any
-    active: bool
+    Arrays, since a small file may hold millions of them.
+    """
+
+    corners: NDArray[np.int64]
+    widths: NDArray[np.int64]
+    values: NDArray[Any]
+    active: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -56,29 +62,36 @@ class PlainGrid:
     leaves: NDArray[Any]
     origins: NDArray[np.int64]
     active: NDArray[np.bool_]
-    tiles: tuple[Tile, ...] = ()
+    tiles: Tiles
 
     def active_box(self) -> tuple[tuple[int, int, int], tuple[int, int, int]] | None:
         """First and last index of the active voxels, None without any."""
-        lows = [tile.corner for tile in self.tiles if tile.active]
-        highs = [tile.corner + tile.width - 1 for tile in self.tiles if tile.active]
-        for along, origin in zip(self.active, self.origins, strict=True):
-            if along.any():
-                inside = np.argwhere(along)
-                lows.append(origin + inside.min(axis=0))
-                highs.append(origin + inside.max(axis=0))
-        if not lows:
+        kept = self.tiles.active
+        lows = [self.tiles.corners[kept]]
+        highs = [self.tiles.corners[kept] + self.tiles.widths[kept, None] - 1]
+        for axis in range(3):
+            # along each axis: the first and last layer of a leaf that holds an active voxel
+            layers = self.active.any(axis=tuple(other + 1 for other in range(3) if other != axis))
+            used = np.flatnonzero(layers.any(axis=1))
+            low, high = self.origins[used].copy(), self.origins[used].copy()
+            low[:, axis] += layers[used].argmax(axis=1)
+            high[:, axis] += LEAF - 1 - layers[used][:, ::-1].argmax(axis=1)
+            lows.append(np.where(np.arange(3) == axis, low, np.iinfo(np.int64).max))
+            highs.append(np.where(np.arange(3) == axis, high, np.iinfo(np.int64).min))
+        first, last = np.concatenate(lows), np.concatenate(highs)
+        if not len(first):
             return None
-        (a, b, c), (d, e, f) = np.min(lows, axis=0).tolist(), np.max(highs, axis=0).tolist()
+        (a, b, c), (d, e, f) = first.min(axis=0).tolist(), last.max(axis=0).tolist()
         return (a, b, c), (d, e, f)
 
     def fill(self, array: NDArray[Any], low: tuple[int, int, int]) -> None:
         """Copy what lies in the box of ``array``, whose first voxel has index ``low``."""
         array[...] = self.background
-        for tile in self.tiles:
-            first = np.maximum(tile.corner - low, 0)
-            last = np.maximum(tile.corner - low + tile.width, 0)
-            array[tuple(slice(a, b) for a, b in zip(first, last, strict=True))] = tile.value
+        firsts = np.maximum(self.tiles.corners - np.array(low), 0)
+        lasts = np.minimum(self.tiles.corners - np.array(low) + self.tiles.widths[:, None], array.shape[:3])
+        for index in np.flatnonzero((firsts < lasts).all(axis=1)):
+            here = tuple(slice(a, b) for a, b in zip(firsts[index], lasts[index], strict=True))
+            array[here] = self.tiles.values[index]
         for values, origin in zip(self.leaves, self.origins - np.array(low), strict=True):
             first = np.maximum(origin, 0)
             last = np.minimum(origin + LEAF, array.shape[:3])
@@ -147,7 +160,8 @@ class _Reader:
 
     def __init__(self, stream: BinaryIO, path: Path, tree: str) -> None:
         self.stream, self.path = stream, path
-        self.tiles: list[Tile] = []
+        self._held = 0
+        self.tiles: list[tuple[NDArray[np.int64], int, NDArray[Any], NDArray[np.bool_]]] = []
         words = tree.removesuffix("_HalfFloat").split("_")
         if words[0] != "Tree" or words[2:] != ["5", "4", "3"] or words[1] not in _TYPES:
             raise FileFormatError(f"a grid of {path.name} is a {tree}; expected numbers in a tree 5-4-3")
@@ -169,14 +183,18 @@ class _Reader:
         self.background = self._numbers(1)[0]
         tiles, children = struct.unpack("<II", self._bytes(8))
         for _ in range(tiles):
-            corner, value = self._corner(), self._numbers(1)[0]
-            self._add_tile(corner, ROOT_NODES * NODE_LEAVES * LEAF, value, self._bytes(1) != b"\0")
+            corner, value = self._corner(), self._numbers(1)
+            active = np.array([self._bytes(1) != b"\0"])
+            self.tiles.append((corner[None], ROOT_NODES * NODE_LEAVES * LEAF, value, active))
         origins: list[NDArray[np.int64]] = []
         for _ in range(children):
             for outer in self._node(self._corner(), ROOT_NODES, NODE_LEAVES * LEAF):
                 for inner in self._node(outer, NODE_LEAVES, LEAF):
                     origins.append(inner)
                     self._bytes(LEAF**3 // 8)
+        left = os.fstat(self.stream.fileno()).st_size - self.stream.tell()
+        if len(origins) * LEAF_BYTES > left:  # before room is made for them
+            raise struct.error(f"{left} bytes for the values of {len(origins)} leaves")
         leaves = np.empty((len(origins), LEAF**3, *self.shape), self.dtype.newbyteorder("="))
         active = np.empty((len(origins), LEAF**3), bool)
         for index in range(len(origins)):
@@ -186,19 +204,32 @@ class _Reader:
         corners = np.array(origins, np.int64).reshape(-1, 3)
         values = leaves.reshape(*cube, *self.shape)
         leaf_active = active.reshape(cube)
-        return PlainGrid(name, metadata, matrix, self.background, values, corners, leaf_active, tuple(self.tiles))
+        return PlainGrid(name, metadata, matrix, self.background, values, corners, leaf_active, self._tiles())
 
     def _node(self, corner: NDArray[np.int64], edge: int, width: int) -> list[NDArray[np.int64]]:
         """First indices of the children of a node, each ``width`` voxels wide; its tiles are kept."""
         children, active = self._mask(edge**3), self._mask(edge**3)
         values = self._values(edge**3, active)
         shown = np.any((values != self.background).reshape(edge**3, -1), axis=1) | active
-        for place in np.flatnonzero(shown & ~children):
-            self._add_tile(corner + _coordinates(place, edge) * width, width, values[place], bool(active[place]))
-        return [corner + _coordinates(place, edge) * width for place in np.flatnonzero(children)]
+        places = np.flatnonzero(shown & ~children)
+        self.tiles.append((corner + _coordinates(places, edge) * width, width, values[places], active[places]))
+        self._held += len(places) * TILE_BYTES
+        if self._held > MOST_TILE_BYTES:
+            raise FileFormatError(
+                f"{self.path.name} holds over {MOST_TILE_BYTES // TILE_BYTES:,} tiles, more than are read here; open "
+                "it in a Blender from blender.org, whose OpenVDB reads it"
+            )
+        return list(corner + _coordinates(np.flatnonzero(children), edge) * width)
 
-    def _add_tile(self, corner: NDArray[np.int64], width: int, value: Any, active: bool) -> None:
-        self.tiles.append(Tile(corner, width, value, active))
+    def _tiles(self) -> Tiles:
+        corners, widths, values, active = zip(*self.tiles, strict=True) if self.tiles else ((), (), (), ())
+        empty = np.empty((0, *self.shape), self.dtype)
+        return Tiles(
+            np.concatenate([np.empty((0, 3), np.int64), *corners]),
+            np.repeat(np.array(widths, np.int64), [len(each) for each in corners]),
+            np.concatenate([empty, *values]),
+            np.concatenate([np.empty(0, bool), *active]),
+        )
 
     def _corner(self) -> NDArray[np.int64]:
         return np.frombuffer(self._bytes(12), "<i4").astype(np.int64)
@@ -224,7 +255,7 @@ class _Reader:
         size = count * self.stored.itemsize * int(np.prod(self.shape, dtype=int))
         if self.flags & ZIP:
             held = struct.unpack("<q", self._bytes(8))[0]
-            plain = zlib.decompress(self._bytes(held)) if held > 0 else self._bytes(-held)
+            plain = zlib.decompressobj().decompress(self._bytes(held), size + 1) if held > 0 else self._bytes(-held)
         else:
             plain = self._bytes(size)
         if len(plain) != size:
@@ -243,8 +274,9 @@ class _Reader:
         return _exactly(self.stream, count)
 
 
-def _coordinates(place: int, edge: int) -> NDArray[np.int64]:
-    return np.array([place // edge**2, place // edge % edge, place % edge], np.int64)
+def _coordinates(places: NDArray[np.int64], edge: int) -> NDArray[np.int64]:
+    """Index (n, 3) in a node of each entry (n,)."""
+    return np.stack([places // edge**2, places // edge % edge, places % edge], axis=-1).astype(np.int64)
 
 
 def _map(stream: BinaryIO, path: Path) -> NDArray[np.float64]:

@@ -24,13 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.files.guarded import half_of_memory, read_bytes, require_room
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.files.payload import BROKEN_STREAM, affine, make_volume, parse_words, pick_component
+from spectral_core.volume.files.payload import BROKEN_STREAM, affine, make_volume, parse_text, pick_component
 from spectral_core.volume.files.request import ReadRequest
 from spectral_core.volume.files.vtk_format import choose_array
 
 _TYPES = {f"{kind}{bits}": f"{kind[0].lower()}{bits // 8}" for kind in ("UInt", "Int") for bits in (8, 16, 32, 64)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
+_LZMA_BYTES = 256 << 20
+"""What unpacking LZMA may take beside the data: the dictionary of its strongest setting is 64 MiB."""
 _APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_", re.DOTALL)
 
 
@@ -66,7 +69,7 @@ class _File:
 
 
 def _parse(path: Path) -> _File:
-    content = path.read_bytes()
+    content = read_bytes(path, half_of_memory())
     mark, appended = _APPENDED.search(content), b""
     head = content
     if mark is not None:
@@ -101,8 +104,10 @@ def _read_image(file: _File, image: Any, request: ReadRequest) -> ScalarVolume:
 def _assemble(file: _File, pieces: list[Any], name: str, whole: NDArray, of_cells: bool) -> NDArray[Any]:
     """(components, nx, ny, nz) from all pieces, which may share their border points."""
     section = "CellData" if of_cells else "PointData"
-    result, filled = None, 0
+    result = None
     shape = _counts(whole, of_cells)
+    require_room(math.prod(shape), file.path)
+    filled = np.zeros(shape, bool)
     for piece in pieces:
         extent = _extent(piece.attrib["Extent"])
         element = next((e for e in piece.findall(f"{section}/DataArray") if e.get("Name", "") == name), None)
@@ -111,16 +116,20 @@ def _assemble(file: _File, pieces: list[Any], name: str, whole: NDArray, of_cell
         components, counts = int(element.get("NumberOfComponents", 1)), _counts(extent, of_cells)
         values = _values(file, element, components * math.prod(counts))
         block = values.reshape(*counts[::-1], components).transpose(3, 2, 1, 0)
-        if counts == shape:
+        if counts == shape and len(pieces) == 1:
             return block
         if result is None:
+            require_room(components * math.prod(shape) * block.itemsize, file.path)
             result = np.zeros((components, *shape), block.dtype, order="F")
         start = extent[::2] - whole[::2]
         if (start < 0).any() or (start + counts > shape).any():
             raise FileFormatError(f"a piece of {file.path.name} has extent {extent.tolist()} outside {whole.tolist()}")
-        result[(slice(None), *(slice(s, s + n) for s, n in zip(start, counts, strict=True)))] = block
-        filled += math.prod(counts)
-    if result is None or filled < math.prod(shape):
+        here = tuple(slice(s, s + n) for s, n in zip(start, counts, strict=True))
+        if len(block) != len(result):
+            raise FileFormatError(f"the pieces of {file.path.name} hold {len(result)} and {len(block)} components")
+        result[(slice(None), *here)] = block
+        filled[here] = True
+    if result is None or not filled.all():
         raise FileFormatError(f"the pieces of {file.path.name} do not fill its extent {whole.tolist()}")
     return result
 
@@ -159,13 +168,14 @@ def _values(file: _File, element: Any, count: int) -> NDArray[Any]:
         raise FileFormatError(f"{file.path.name} holds values of type {kind!r}; expected one of {', '.join(_TYPES)}")
     dtype = np.dtype(file.order + _TYPES[kind])
     if layout == "ascii":
-        array = parse_words((element.text or "").encode().split(), dtype, file.path)
+        array = parse_text((element.text or "").encode(), dtype, count, file.path)
     else:
         if layout == "appended":
             text, as_base64 = file.appended[int(element.attrib["offset"]) :], file.appended_base64
         else:
             text, as_base64 = b"".join((element.text or "").encode().split()), True
-        array = np.frombuffer(_decode(file, text, as_base64), dtype).astype(dtype.newbyteorder("="), copy=False)
+        plain = np.frombuffer(_decode(file, text, as_base64, count * dtype.itemsize), dtype)
+        array = plain.astype(dtype.newbyteorder("="), copy=False)
     if array.size != count:
         raise FileFormatError(
             f"array {element.get('Name')!r} of {file.path.name} has {array.size} numbers; expected {count}"
@@ -173,9 +183,10 @@ def _values(file: _File, element: Any, count: int) -> NDArray[Any]:
     return array
 
 
-def _decode(file: _File, text: bytes, as_base64: bool) -> bytes:
-    """The plain bytes of one payload that starts ``text``."""
+def _decode(file: _File, text: bytes, as_base64: bool, needed: int) -> bytes:
+    """The ``needed`` plain bytes of one payload that starts ``text``; what states another length is not unpacked."""
     word = file.header_type.itemsize
+    require_room(needed, file.path)
 
     def take(start: int, length: int) -> bytes:
         """``length`` payload bytes; in base64, ``start`` counts characters and an encoded unit begins there."""
@@ -198,7 +209,7 @@ def _decode(file: _File, text: bytes, as_base64: bool) -> bytes:
 
     compressor = file.root.get("compressor")
     if compressor is None:
-        length = header(0, 1)[0]
+        length = _require_stated(header(0, 1)[0], needed, file)
         if as_base64 and text[: encoded(word)].endswith(b"="):  # some writers pad the count into a unit of its own
             return take(encoded(word), length)
         return take(0, word + length)[word:]
@@ -206,6 +217,7 @@ def _decode(file: _File, text: bytes, as_base64: bool) -> bytes:
     if blocks == 0:
         return b""
     _, size, last, *packed = header(0, 3 + blocks)
+    _require_stated(size * (blocks - bool(last)) + last, needed, file)
     inflate = _inflater(compressor, file.path)
     data = take(encoded((3 + blocks) * word), sum(packed))
     plain, position = [], 0
@@ -215,15 +227,25 @@ def _decode(file: _File, text: bytes, as_base64: bool) -> bytes:
             plain.append(inflate(data[position : position + length], expected))
         except (*BROKEN_STREAM, MemoryError) as error:
             raise FileFormatError(f"block {index} of {file.path.name} is damaged: {error}") from error
+        if len(plain[-1]) != expected:
+            raise FileFormatError(f"block {index} of {file.path.name} does not unpack to the {expected} bytes stated")
         position += length
     return b"".join(plain)
 
 
+def _require_stated(stated: int, needed: int, file: _File) -> int:
+    if stated != needed:
+        raise FileFormatError(
+            f"a payload of {file.path.name} states {stated} bytes where its extent and type need {needed}"
+        )
+    return stated
+
+
 def _inflater(compressor: str, path: Path) -> Callable[[bytes, int], bytes]:
     if compressor == "vtkZLibDataCompressor":
-        return lambda packed, size: zlib.decompress(packed)
+        return lambda packed, size: zlib.decompressobj().decompress(packed, size + 1)
     if compressor == "vtkLZMADataCompressor":
-        return lambda packed, size: lzma.decompress(packed)
+        return lambda packed, size: lzma.LZMADecompressor(memlimit=_LZMA_BYTES).decompress(packed, size + 1)
     if compressor == "vtkLZ4DataCompressor":
         try:
             from lz4 import block

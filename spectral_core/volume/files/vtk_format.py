@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.files.guarded import half_of_memory, read_bytes, require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, parse_words, pick_component, read_numbers, x_first
 from spectral_core.volume.files.request import ReadRequest
@@ -37,6 +38,7 @@ _TYPES = {
     "float": "f4",
     "double": "f8",
 }
+_LONGEST_LINE, _MANY_WORDS = 16 << 20, 1_000_000
 _FIXED_COMPONENTS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6}
 
 
@@ -85,7 +87,7 @@ class _Parser:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.stream = io.BytesIO(path.read_bytes())
+        self.stream = io.BytesIO(read_bytes(path, half_of_memory()))
         self.shape: list[int] = []
         self.spacing, self.origin = np.ones(3), np.zeros(3)
         self._arrays: list[_Array] = []
@@ -176,6 +178,8 @@ class _Parser:
         return name, int(components), int(count), kind
 
     def _keep(self, name: str, kind: str, components: int, count: int | None = None) -> None:
+        if components < 1:
+            raise FileFormatError(f"{self.path.name} states {components} components for {name!r}; expected at least 1")
         values = self._numbers(kind, components * (self._count if count is None else count))
         if count is None or (count == self._count and count):  # field data of the dataset itself have other lengths
             self._arrays.append(_Array(name, x_first(values, [components, values.size // components]), self._of_cells))
@@ -190,11 +194,18 @@ class _Parser:
         return self._ascii(np.dtype(_TYPES[kind]), count)
 
     def _ascii(self, dtype: np.dtype, count: int) -> NDArray[Any]:
-        words: list[bytes] = []
-        while len(words) < count and (line := self.stream.readline()):
-            words += line.split()
-        if len(words) != count:
+        require_room(count * dtype.itemsize, self.path)
+        parts, found, words = [], 0, []
+        while found < count and (line := self.stream.readline(_LONGEST_LINE)):
+            if len(line) == _LONGEST_LINE:
+                raise FileFormatError(f"{self.path.name} has a line of over {_LONGEST_LINE >> 20} MiB; it is damaged")
+            words += (row := line.split())
+            found += len(row)
+            if len(words) > _MANY_WORDS:
+                parts.append(parse_words(words, dtype, self.path))
+                words = []
+        if found != count:
             raise FileFormatError(
-                f"{self.path.name} lists {len(words)} numbers where {count} are stated; the file is cut or odd"
+                f"{self.path.name} lists {found} numbers where {count} are stated; the file is cut or odd"
             )
-        return parse_words(words, dtype, self.path)
+        return np.concatenate([*parts, parse_words(words, dtype, self.path)])

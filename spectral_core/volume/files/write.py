@@ -7,6 +7,7 @@ import importlib
 from pathlib import Path
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import whole_file
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.registry import FORMATS, by_extension
 
@@ -14,8 +15,8 @@ from spectral_core.volume.files.registry import FORMATS, by_extension
 def write_volume(volume: ScalarVolume, path: str | Path) -> Path:
     """Write ``volume`` in the format that the ending of ``path`` names (.vdb or .nrrd); the path.
 
-    The file appears whole or not at all: it is written beside its place and moved there.
-    Raises InvalidInputError for another ending or a folder that does not exist.
+    The file appears whole or not at all. Raises InvalidInputError for another ending or a folder that does not exist,
+    FileWriteError where the disk is full.
     """
     path = Path(path)
     chosen = by_extension(path)
@@ -27,10 +28,6 @@ def write_volume(volume: ScalarVolume, path: str | Path) -> Path:
     if not path.parent.is_dir():
         raise InvalidInputError(f"the folder {path.parent} does not exist; create it before writing {path.name}")
     writer = importlib.import_module(f"spectral_core.volume.files.{chosen.name}_format")
-    unfinished = path.with_name(f".{path.stem}.unfinished{path.suffix}")
-    try:
+    with whole_file(path, check=getattr(writer, "require_whole", None)) as unfinished:
         writer.write(volume, unfinished)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
     return path

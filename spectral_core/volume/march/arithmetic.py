@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the march does many times per turn, as cheaply as it may be done.
+"""What the march does many times per iteration, as cheaply as it may be done.
 
 Dr.Jit's own minimum and maximum hold to IEEE's rules for NaN, for which x86 has no instruction, so each takes several
-times as long as these, and a turn of the march has thirty. Where either argument is NaN the second is returned.
+times as long as these, and an iteration has thirty. Where either argument is NaN the second is returned.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-_POWER = 5 / 16
-_OFFSET = int((1.0 + _POWER) * (127.0 - 0.045) * 2**23)  # 0.045: how far the bits are from the logarithm, on average
+_OFFSET = int((1.0 + 5 / 16) * (127.0 - 0.045) * 2**23)  # 0.045: how far the bits are from the logarithm, on average
 
 
 def larger(a: Any, b: Any) -> Any:
@@ -39,7 +38,13 @@ def step_growth(types: Any, transmittance: Any) -> Any:
     """
     import drjit as dr
 
-    if not dr.is_jit_v(transmittance):
-        return float(transmittance) ** -_POWER
     bits = dr.reinterpret_array(types.UInt32, transmittance)
     return dr.reinterpret_array(types.Float, _OFFSET - ((bits >> 2) + (bits >> 4)))
+
+
+def mean_attenuation(depth: Any, passed: Any) -> Any:
+    """(1 - e^-τ)/τ of an optical depth and its e^-τ; by the series where it is small, down to no extinction."""
+    import drjit as dr
+
+    series = 1.0 - depth * (0.5 - depth / 6.0)
+    return dr.select(depth > 1e-2, (1.0 - passed) / larger(depth, 1e-2), series)

@@ -2,7 +2,7 @@
 """What is known of a field per brick, whatever the transfer function: range, slope and bend.
 
 A brick of edge B holds the cells between voxel centres [bB, (b+1)B] on each axis, so it is decided by B + 1 voxels
-per axis; the outer half voxel of the field belongs to the outermost bricks. ``edge`` 1 with ``centred`` makes one
+per axis; the outer half voxel of the field belongs to the outermost bricks. ``edge`` 1 with ``centered`` makes one
 brick per voxel around its centre instead, as the thesis' volume of filtered gradient magnitudes is.
 """
 
@@ -28,7 +28,7 @@ class BrickStatistics:
     """
 
     edge: int
-    centred: bool
+    centered: bool
     low: Array
     high: Array
     slope: Array

@@ -1,104 +1,219 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The march: one loop that leaps, steps, looks up and composites, for any step grid and either quadrature.
+"""The march: one loop for one field or several, alone or in a scene, shaded or not, with any rule and quadrature.
 
-Within a step of length h (world units) source j and extinction σ are taken as constant, so material k gains
-T·j_k·h·(1 - exp(-σh))/(σh), which is j_k·h where nothing is taken (X-ray) and exact for a homogeneous step.
+Light that reaches the eye from a step of world length h, behind a transmittance T, is for material k
 
-- `midpoint` takes them at the middle of the step.
-- `preintegrated` takes their mean over the data values between the step's ends, from the table of running
-  integrals: no feature of the transfer function is stepped over, however narrow.
+    T · j_k · ∫₀ʰ e^(-σs) ds  =  T · j_k · h · (1 - e^(-σh)) / (σh)
+
+with the source j_k and the total extinction σ constant in the step. It is j_k·h where there is no extinction (X-ray)
+and exact for a homogeneous step. An iteration looks up the brick that each field's ray stands in, agrees on a skip and
+a step, composites what the fields show in it, and moves on.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.march.arithmetic import bounded, larger, step_growth
-from spectral_core.volume.march.march_input import MarchInput, Rays
-from spectral_core.volume.march.quadrature import Ahead, integrals, midpoint, preintegrated
-from spectral_core.volume.march.rules import EMPTY, SHORTEST_STEP
+from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
+from spectral_core.volume.march.path import FieldPath, Path
+from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Seen, Step, quadrature_of
+from spectral_core.volume.march.rules import SHORTEST_STEP
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a step shows: ``source`` per material (all fields'), the ``gain`` that weighs it, and the world distance."""
+
+    source: list[Any]
+    gain: Any
+    distance: Any
+
+
+Shade = Callable[[Any, Any, Shown], tuple[Any, Any]]
+"""(light so far, sampler, what a step shows) -> (light, sampler)."""
+
+
+@dataclass
+class MarchState:
+    """The loop's state: what an iteration reads and the next one finds.
+
+    Counts and light are None where nobody asked for them.
+    """
+
+    t: Any
+    """How far the ray has come, as the path counts it."""
+    transmittance: Any
+    """Share of light from here that reaches the eye."""
+    amounts: list[Any]
+    """Per material, the light collected so far at color 1."""
+    fields: list[Any]
+    """Each field's own state, as its quadrature defines it."""
+    samples: Any = None
+    """Steps that showed something."""
+    steps: Any = None
+    """Iterations."""
+    light: Any = None
+    """Shaded light collected so far."""
+    sampler: Any = None
+    """Random numbers for the shading."""
 
 
 @dataclass(frozen=True)
 class Marched:
-    """What the rays brought back: ``amounts`` per material, ``transmittance``, and step counts if asked for."""
+    """What the rays brought back: ``amounts`` per material, ``transmittance``, and what was asked for beside them."""
 
     amounts: list[Any]
     transmittance: Any
     samples: Any = None
     steps: Any = None
+    light: Any = None
 
 
-def march(data: MarchInput, rays: Rays, *, counts: bool = False) -> Marched:
-    """Composite along ``rays``; with ``counts``, also steps that showed something and all turns of the loop."""
+def march(
+    path: Path, *, counts: bool = False, shade: Shade | None = None, light: Any = None, sampler: Any = None
+) -> Marched:
+    """Composite along ``path``.
+
+    Parameters
+    ----------
+    path
+        Rays through one field or several.
+    counts : bool
+        Also count the steps that showed something, and all iterations.
+    shade
+        Turns what each step shows into light; it starts from ``light`` and draws from ``sampler``.
+    """
     import drjit as dr
 
-    types = data.volume.types
-    one = types.Float(1.0) + rays.length * 0.0
-    zero = one - 1.0
-    number = types.UInt32(zero)
-    state: dict[str, Any] = {"s": zero, "T": one, "A": [zero + 0.0 for _ in range(data.materials)]}
-    if data.grid.grid.adapts:
-        state["clear"] = zero + 0.0  # how far nothing can show, as the quadrature counts it
-    if counts:
-        state |= {"samples": number + 0, "steps": number + 0}
-    if data.quadrature == "preintegrated":
-        position = data.table.position(data.volume.value(rays.origin, rays.length > 0))
-        part, record = data.table.record(position, rays.length > 0)
-        state |= {"x": position, "S": integrals(data.table, part, record)}
-        if data.grid.grid.adapts:
-            state |= {"bold": one + 0.0, "clear": data.table.clear(part, record)}
-    names = list(state)
+    types = path.types
+    zero = path.length * 0.0
+    number = types.UInt32(zero) if counts else None
+    marches = [quadrature_of(field) for field in path.fields]
+    materials = sum(field.data.materials for field in path.fields)
+    start = MarchState(
+        t=zero,
+        transmittance=zero + 1.0,
+        amounts=[zero + 0.0 for _ in range(materials)],
+        fields=[each.begin(field) for each, field in zip(marches, path.fields, strict=True)],
+        samples=number,
+        steps=None if number is None else number + 0,
+        light=light,
+        sampler=sampler,
+    )
+    least = path.fields[0].data.least_transmittance
 
-    def going(*values: Any) -> Any:
-        now = dict(zip(names, values, strict=True))
-        return (now["s"] < rays.length) & (now["T"] > data.least_transmittance)
+    def going(state: MarchState) -> Any:
+        return (state.t < path.length) & (state.transmittance > least)
 
-    def turn(*values: Any) -> Any:
-        now = dict(zip(names, values, strict=True))
-        after = _turn(data, rays, now)
-        return tuple(after[name] for name in names)
+    def iteration(state: MarchState) -> tuple[MarchState]:
+        return (_iteration(path, marches, state, shade),)
 
-    end = dict(zip(names, dr.while_loop(tuple(state.values()), going, turn), strict=True))
-    return Marched(end["A"], end["T"], end.get("samples"), end.get("steps"))
+    (end,) = dr.while_loop((start,), going, iteration)
+    return Marched(end.amounts, end.transmittance, end.samples, end.steps, end.light)
 
 
-def _turn(data: MarchInput, rays: Rays, now: dict[str, Any]) -> dict[str, Any]:
-    """One turn of the loop: a leap, a step with its light, or both."""
+def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Shade | None) -> MarchState:
     import drjit as dr
 
-    types, s, seen = data.volume.types, now["s"], now["T"]
-    place = rays.line.look(s)
-    steps = place.word < int(EMPTY)
-    planned = dr.select(steps, data.grid.relative_step(place.word), data.grid.grid.first) * data.scale
-    if data.grid.grid.adapts:
-        planned *= step_growth(types, seen)
-    planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
-    if data.grid.grid.first == 0.0:
-        planned = dr.select(steps, planned, 0.0)
-    per_cell = data.grid.voxels_per_cell(place.word) if data.grid.grid.adapts else None
-    ahead = Ahead(steps, planned, rays.line.leap(place), per_cell)
-    after = dict(now)
-    advance = midpoint if data.quadrature == "midpoint" else preintegrated
-    step, source, extinction = advance(data, rays, now, after, ahead)
-    width = step * rays.world
-    depth = extinction * width
+    aheads = [_look_ahead(field, now.t, now.transmittance) for field in path.fields]
+    step = _agree(path, marches, aheads, now)
+    seen = [
+        each.see(field, ahead, state, step)
+        for each, field, ahead, state in zip(marches, path.fields, aheads, now.fields, strict=True)
+    ]
+    missed = _any_missed(seen)
+    end = step.end if missed is None else dr.select(missed, now.t, step.end)
+    # What float32 really added: steps much shorter than t are rounded, always the same way over many of them.
+    width = step.end - step.begin if missed is None else dr.select(missed, 0.0, step.end - step.begin)
+    length = width * path.world
+
+    source = [each for part in seen for each in part.source]
+    depth = sum((part.extinction for part in seen[1:]), seen[0].extinction) * length
     passed = dr.exp(-depth)
-    reach = mean_attenuation(depth, passed)
-    gain = seen * width * reach
-    after["A"] = [dr.fma(gain, source[k], now["A"][k]) for k in range(data.materials)]
-    after["T"] = seen * passed
-    if "steps" in now:
-        shows = (width > 0) & (sum(source[1:], source[0]) > 0)
-        after["samples"] = now["samples"] + dr.select(shows, types.UInt32(1), types.UInt32(0))
-        after["steps"] = now["steps"] + 1
+    gain = now.transmittance * length * mean_attenuation(depth, passed)
+    after = MarchState(
+        t=end,
+        transmittance=now.transmittance * passed,
+        amounts=[dr.fma(gain, each, amount) for each, amount in zip(source, now.amounts, strict=True)],
+        fields=[each.settled(state, part, missed) for each, state, part in zip(marches, now.fields, seen, strict=True)],
+        light=now.light,
+        sampler=now.sampler,
+    )
+    if now.steps is not None:
+        types = path.types
+        shows = (length > 0) & (sum(source[1:], source[0]) > 0)
+        after.samples = now.samples + dr.select(shows, types.UInt32(1), types.UInt32(0))
+        after.steps = now.steps + 1
+    if shade is not None:
+        middle = path.distance(0.5 * (step.begin + step.end))
+        after.light, after.sampler = shade(now.light, now.sampler, Shown(source, gain, middle))
     return after
 
 
-def mean_attenuation(depth: Any, passed: Any) -> Any:
-    """(1 - e^-τ)/τ of an optical depth and its e^-τ; by the series where it is small, down to no extinction."""
+def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
+    """The brick that the ray stands in: whether it shows something, the rule's step, and the way out."""
     import drjit as dr
 
-    series = 1.0 - depth * (0.5 - depth / 6.0)
-    return dr.select(depth > 1e-2, (1.0 - passed) / larger(depth, 1e-2), series)
+    data, local, inside = field.data, field.local(t), field.inside(t)
+    place = field.rays.line.look(local, inside)
+    word = place.word
+    steps = word.shows & inside
+    planned = dr.select(steps, word.step, data.grid.first) * data.scale
+    if data.adapts:
+        # Light from further on counts less and less: an error there may be larger.
+        planned *= step_growth(data.volume.types, transmittance)
+    planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
+    if data.grid.grid.first == 0.0:
+        planned = dr.select(steps, planned, 0.0)
+    leap = field.rays.line.skip(place)
+    if field.begin is not None:
+        leap = dr.select(inside, leap, field.until_entry(t) / field.voxel)
+    return Ahead(steps, planned, leap, word.pace if data.adapts else None)
+
+
+def _agree(path: Path, marches: list[FieldMarch], aheads: list[Ahead], now: MarchState) -> Step:
+    """The shortest of the fields' skips, then the shortest of their steps after it."""
+    parts = list(zip(marches, path.fields, aheads, now.fields, strict=True))
+    skips = [field.along(each.skip(ahead, state)) for each, field, ahead, state in parts]
+    begin = smaller(now.t + _least(skips), path.length)
+    # A field on its own skips as far as it can: nothing of it is left.
+    rests = [(skip - (begin - now.t)) / field.voxel if path.is_shared else None
+             for skip, field in zip(skips, path.fields, strict=True)]  # fmt: skip
+    steps = [
+        field.along(each.step(field, ahead, state, rest))
+        for (each, field, ahead, state), rest in zip(parts, rests, strict=True)
+    ]
+    if path.is_shared:
+        steps += [_until_border(field, begin) for field in path.fields]
+    end = begin + smaller(_least(steps), path.length - begin)
+    if path.is_shared:
+        # A step too short for float32 to show in a common t would never end.
+        end = larger(end, now.t * (1.0 + 3e-7))
+    return Step(now.t, begin, end)
+
+
+def _until_border(field: FieldPath, t: Any) -> Any:
+    """Units of t to the field's entry or exit, whichever is next: a step never reaches across either."""
+    import drjit as dr
+
+    left = field.along(field.rays.length - field.local(t))
+    return dr.select(field.inside(t), left, field.until_entry(t))
+
+
+def _any_missed(seen: list[Seen]) -> Any:
+    missed = [part.missed for part in seen if part.missed is not None]
+    if not missed:
+        return None
+    either = missed[0]
+    for each in missed[1:]:
+        either = either | each
+    return either
+
+
+def _least(lengths: list[Any]) -> Any:
+    least = lengths[0]
+    for length in lengths[1:]:
+        least = smaller(length, least)
+    return least

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from spectral_core.volume.march.arithmetic import larger, smaller
-from spectral_core.volume.march.device import DeviceTable, DeviceVolume
+from spectral_core.volume.march.device import DeviceVolume
 from spectral_core.volume.march.device_grid import BrickLine, DeviceGrid
+from spectral_core.volume.march.device_table import DeviceTable
 
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
@@ -32,21 +33,22 @@ REFERENCE = Limits(1e-7, 1.0)
 
 @dataclass(frozen=True)
 class Rays:
-    """Rays in a field's index space: they start at ``origin``, run along the unit ``direction`` for ``length``.
+    """Rays in a field's index space: from ``origin`` along the unit ``direction`` (Array3f) for ``length`` voxels.
 
-    ``world`` is the world length of one index unit along the ray; ``line`` is the ray among the bricks of its grid.
+    ``world`` is the world length of one voxel along the ray; ``line`` is the ray among the bricks of its grid.
     """
 
-    origin: list[Any]
-    direction: list[Any]
+    origin: Any
+    direction: Any
     length: Any
     world: Any
     line: BrickLine
 
-    def at(self, distance: Any) -> list[Any]:
+    def at(self, distance: Any) -> Any:
+        """Index-space point ``distance`` voxels along."""
         import drjit as dr
 
-        return [dr.fma(self.direction[a], distance, self.origin[a]) for a in range(3)]
+        return dr.fma(self.direction, distance, self.origin)
 
 
 @dataclass(frozen=True)
@@ -66,42 +68,41 @@ class MarchInput:
 
     @property
     def materials(self) -> int:
+        """Number of materials."""
         return self.table.table.materials
 
-    def optics_at(self, point: list[Any], active: Any) -> tuple[list[Any], Any]:
-        """(source per material, extinction) at an index-space point, both per world unit."""
-        import drjit as dr
+    @property
+    def adapts(self) -> bool:
+        """Whether steps grow with little light left, and pass over values that show nothing."""
+        return self.grid.grid.adapts
 
-        part, record = self.table.record(self.table.position(self.volume.value(point, active)), active)
-        columns = [dr.fma(part, record[c + self.table.columns], record[c]) for c in range(self.table.columns)]
-        return self.optics(columns, point, active)
-
-    def optics(self, columns: list[Any], point: list[Any], active: Any) -> tuple[list[Any], Any]:
+    def optics(self, columns: list[Any], point: Any) -> tuple[list[Any], Any]:
         """(source per material, extinction) from table columns; the gradient at ``point`` weighs them if need be."""
         import drjit as dr
 
         k = self.materials
         if self.gradient is None or self.weights is None:
             return columns[:k], columns[k] if len(columns) > k else sum(columns[1:], columns[0])
-        part, record = self.weights.record(self.weights.position(self.gradient.value(point, active)), active)
-        weights = [dr.fma(part, record[c + k], record[c]) for c in range(k)]
-        taken = [columns[c] * weights[c] for c in range(k)]
-        return [dr.fma(columns[c + k], weights[c], taken[c]) for c in range(k)], sum(taken[1:], taken[0])
+        segment = self.weights.find(self.gradient.value(point))
+        weights = self.weights.column_values(segment, segment.part)
+        extinction = [columns[c] * weights[c] for c in range(k)]
+        source = [dr.fma(columns[c + k], weights[c], extinction[c]) for c in range(k)]
+        return source, sum(extinction[1:], extinction[0])
 
 
-def clip_to_box(grid: DeviceGrid, point: list[Any], along: list[Any], world: Any, begin: Any) -> Rays:
-    """The part of rays where ``grid`` shows anything: from the later of ``begin`` (index units along) and the entry.
+def clip_to_box(grid: DeviceGrid, point: Any, along: Any, world: Any, begin: Any) -> Rays:
+    """The part of rays where ``grid`` shows anything: from the later of ``begin`` (voxels along) and the entry.
 
-    ``point`` and ``along`` (unit) are lists of three; ``world`` as in Rays.
+    ``point`` and ``along`` (unit) are Array3f in index space; ``world`` as in Rays.
     """
     import drjit as dr
 
-    near, far = begin, grid.types.Float(1e30)
-    inverse = [1.0 / dr.select(dr.abs(d) < 1e-9, dr.select(d < 0, -1e-9, 1e-9), d) for d in along]
-    for a in range(3):
-        low, high = (grid.low[a] - point[a]) * inverse[a], (grid.high[a] - point[a]) * inverse[a]
-        near, far = larger(near, smaller(low, high)), smaller(far, larger(low, high))
+    inverse = 1.0 / dr.select(dr.abs(along) < 1e-9, dr.select(along < 0, -1e-9, 1e-9), along)
+    low, high = (grid.low - point) * inverse, (grid.high - point) * inverse
+    enter, leave = smaller(low, high), larger(low, high)
+    near = larger(larger(begin, enter.x), larger(enter.y, enter.z))
+    far = smaller(smaller(leave.x, leave.y), leave.z)
     length = larger(far - near, 0.0)
     near = dr.select(length > 0, near, 0.0)
-    start = [dr.fma(along[a], near, point[a]) for a in range(3)]
+    start = dr.fma(along, near, point)
     return Rays(start, along, length, world, BrickLine(grid, start, along, inverse))

@@ -1,95 +1,93 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transfer function as the tables that the march reads: node values, slopes and running integrals."""
+"""A transfer function exactly as given: one linear segment between two neighboring knots of any of its materials.
+
+Nothing is sampled. Tens of records stand for the function over any range of data, however narrow a peak is beside the
+range: a density over six decades, or one voxel of 1e6 in a field of 0 to 1.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.transfer import TransferFunction
+from spectral_core.volume.transfer import Material, TransferFunction, interpolate
 
 Array = NDArray[np.float64]
-_FEWEST, _MOST = 1024, 1 << 14
-_ERROR = 1e-4  # of the curve's root mean square; the table is refined until it is met
+Curves = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
 class TransferTable:
-    """Columns of a transfer function at equally spaced data values.
+    """Linear segments over the data value: segment i lies between ``knots[i - 1]`` and ``knots[i]``.
 
-    ``low`` and ``high`` are the data values of the first and last node (the part of the knots' span that the data
-    reach). ``columns`` (nodes, C) holds the source of each material; behind them, where some material emits, the
-    total extinction (else that is the sum of the sources). A two-dimensional function has the extinction of each
-    material first, then the emission of each, and ``weights`` (nodes, K) over ``gradient_high`` (from 0).
+    ``knots`` (n,) increase; the first segment reaches down without end, the last one up. At a knot itself the later
+    segment counts. A segment's columns are ``values`` + ``rises``·(v - ``anchors``), arrays (n + 1, C), (n + 1, C)
+    and (n + 1,); ``integrals`` (n + 1, C) are those of the columns from the first knot to the anchor.
+
+    Columns are the source of each material and behind them, where some material emits, the total extinction (else that
+    is the sum of the sources). A two-dimensional function has the extinction of each material first, then the
+    emission of each, and the table ``weights`` of the materials' weights over the gradient magnitude.
+
+    Where ``is_empty`` (n + 1,), no column shows anything, and the anchor is the nearest data value that does: so
+    |v - anchor| is the distance to it, which is why an empty stretch between two peaks is two segments.
     """
 
-    low: float
-    high: float
-    columns: Array
+    knots: Array
+    anchors: Array
+    values: Array
+    rises: Array
+    integrals: Array
+    is_empty: NDArray[np.bool_]
     materials: int
     support: tuple[tuple[float, float, bool, bool], ...] = ()
     """Data values that show something: intervals (from, to) and whether either end does."""
-    gradient_high: float = 0.0
-    weights: Array | None = None
+    weights: TransferTable | None = None
 
     @property
-    def cells(self) -> int:
-        """Number of intervals between nodes."""
-        return len(self.columns) - 1
+    def segments(self) -> int:
+        """Number of segments, one more than there are knots."""
+        return len(self.anchors)
 
-    @cached_property
-    def nodes_with_slopes(self) -> NDArray[np.float32]:
-        """(nodes + 1, 2C): value and rise per cell, for cell k at row k + 1; rows 0 and last extend constantly."""
-        return _extended(self.columns)
-
-    @cached_property
-    def clearance(self) -> NDArray[np.float32]:
-        """(nodes + 1, 2): distance in cells to the next cell that shows anything, and its rise; rows as above.
-
-        Linear inside each cell, and there never more than the true distance.
-        """
-        from scipy import ndimage
-
-        shown = (self.columns > 0).any(axis=1)
-        if not shown.any():
-            return np.tile(np.array([[1e9, 0.0]], np.float32), (len(shown) + 1, 1))
-        near = shown.copy()
-        near[1:] |= shown[:-1]
-        near[:-1] |= shown[1:]
-        distance = ndimage.distance_transform_edt(~near)
-        rise = np.concatenate([[shown[0] - 1.0], np.diff(distance), [1.0 - shown[-1]]])
-        return np.column_stack([np.append(distance[:1], distance), rise]).astype(np.float32)
-
-    @cached_property
-    def integrals(self) -> Array:
-        """(nodes, C): ∫ of the columns from the first node, in cells, exact for the piecewise linear columns."""
-        pieces = 0.5 * (self.columns[1:] + self.columns[:-1])
-        return np.vstack([np.zeros(self.columns.shape[1]), np.cumsum(pieces, axis=0)])
+    def columns_at(self, values: Array) -> Array:
+        """Columns (..., C) at data values of any shape."""
+        segment = np.searchsorted(self.knots, values, side="right")
+        part = np.where(self.is_empty[segment], 0.0, np.asarray(values) - self.anchors[segment])
+        columns: Array = self.values[segment] + self.rises[segment] * part[..., None]
+        return columns
 
 
 def tabulate(transfer: TransferFunction, volume: ScalarVolume, gradient_high: float = 0.0) -> TransferTable:
-    """Table of ``transfer`` over the values that ``volume`` holds, fine enough to stand for the exact curves.
+    """Build the exact table of ``transfer`` over the values that ``volume`` holds.
 
-    ``gradient_high`` is the greatest gradient magnitude of the field in data units per world unit, for a
-    two-dimensional function. The node count grows from 1024 until the table differs from the curves by less
-    than 1e-4 (root mean square, relative) or 16384 cells are reached, as at a jump.
+    Parameters
+    ----------
+    transfer
+        The transfer function.
+    volume
+        The field; knots beyond its least and greatest value are left out, since no ray meets them.
+    gradient_high : float
+        Greatest gradient magnitude of the field in data units per world unit, for a two-dimensional function.
     """
-    low, high = _span(transfer, volume)
-    count = _FEWEST
-    while True:
-        columns = _columns(transfer, np.linspace(low, high, count + 1))
-        if count >= _MOST or _table_error(transfer, low, high, columns) < _ERROR:
-            break
-        count *= 4
-    weights = None
-    if transfer.uses_gradient:
-        at = np.linspace(0.0, max(gradient_high, 1e-30), 4 * _FEWEST + 1)
-        weights = np.stack([material.weight(at) for material in transfer.materials], axis=-1)
-    return TransferTable(low, high, columns, len(transfer.materials), support(transfer), gradient_high, weights)
+    flat = replace(
+        transfer,
+        materials=tuple(replace(m, gradient_values=None, gradient_weights=None) for m in transfer.materials),
+    )
+    low, high = volume.value_range
+    knots = np.concatenate([m.values for m in transfer.materials])
+    mirrored = replace(flat, materials=tuple(_mirrored(m) for m in flat.materials))
+    table = _segments(
+        _between(knots, low, high),
+        lambda v: _columns(transfer, *flat.curves(v)),
+        # Curves take the later height at a jump. Seen in a mirror that is the earlier one: the limit from the left.
+        lambda v: _columns(transfer, *mirrored.curves(-v)),
+        len(transfer.materials),
+    )
+    weights = _weights(transfer, gradient_high) if transfer.uses_gradient else None
+    return replace(table, support=support(transfer), weights=weights)
 
 
 def support(transfer: TransferFunction) -> tuple[tuple[float, float, bool, bool], ...]:
@@ -104,52 +102,97 @@ def support(transfer: TransferFunction) -> tuple[tuple[float, float, bool, bool]
     return tuple(sorted(set(pieces)))
 
 
-def _span(transfer: TransferFunction, volume: ScalarVolume) -> tuple[float, float]:
-    low, high = volume.value_range
-    first = min(float(material.values[0]) for material in transfer.materials)
-    last = max(float(material.values[-1]) for material in transfer.materials)
-    start, end = min(max(low, first), high), max(min(high, last), low)
-    start, end = min(start, end), max(start, end)
-    if end <= start:
-        margin = max(abs(start), 1e-30) * 1e-3
-        return start - margin, end + margin
-    # The ends are nodes, so a background that lies on the first knot gets exactly its height. A jump there needs
-    # nodes on both of its sides.
-    margin = (end - start) / 1024
-    jumps = [m for m in transfer.materials if len(m.values) > 1]
-    before = any(m.values[0] == m.values[1] == start for m in jumps)
-    after = any(m.values[-1] == m.values[-2] == end for m in jumps)
-    return start - margin * before, end + margin * after
+def _mirrored(material: Material) -> Material:
+    emission = None if material.emission is None else material.emission[::-1]
+    return replace(material, values=-material.values[::-1], extinction=material.extinction[::-1], emission=emission)
 
 
-def _columns(transfer: TransferFunction, values: Array) -> Array:
-    taken, source = _flat_curves(transfer, values)
+def _weights(transfer: TransferFunction, highest: float) -> TransferTable:
+    """Weights of the materials over the gradient magnitude, from 0 to ``highest``."""
+    pairs = []
+    for m in transfer.materials:
+        if m.gradient_values is None or m.gradient_weights is None:
+            pairs.append((np.zeros(1), np.ones(1)))
+        else:
+            pairs.append((m.gradient_values, m.gradient_weights))
+
+    def after(v: Array) -> Array:
+        return np.stack([interpolate(v, at, heights) for at, heights in pairs], axis=-1)
+
+    def before(v: Array) -> Array:
+        return np.stack([interpolate(-v, -at[::-1], heights[::-1]) for at, heights in pairs], axis=-1)
+
+    knots = np.concatenate([at for at, _ in pairs])
+    return _segments(_between(knots, 0.0, highest), after, before, len(pairs))
+
+
+def _columns(transfer: TransferFunction, extinction: Array, source: Array) -> Array:
     if transfer.uses_gradient:
-        return np.hstack([taken, source - taken])
-    return np.hstack([source, taken.sum(-1, keepdims=True)]) if transfer.has_emission else source
+        return np.concatenate([extinction, source - extinction], axis=-1)
+    if transfer.has_emission:
+        return np.concatenate([source, extinction.sum(-1, keepdims=True)], axis=-1)
+    return source
 
 
-def _flat_curves(transfer: TransferFunction, values: Array) -> tuple[Array, Array]:
-    """The curves over the value alone: a two-dimensional function with its weights left out."""
-    from dataclasses import replace
-
-    flat = [replace(m, gradient_values=None, gradient_weights=None) for m in transfer.materials]
-    return TransferFunction(tuple(flat), transfer.wavelengths_nm).curves(values)
+def _between(knots: Array, low: float, high: float) -> Array:
+    """The knots between ``low`` and ``high`` and these two, each once."""
+    return np.unique(np.concatenate([[low, high], knots[(knots > low) & (knots < high)]]))
 
 
-def _table_error(transfer: TransferFunction, low: float, high: float, columns: Array) -> float:
-    """Root mean square difference at places between nodes, over the root mean square of the curves."""
-    cells = len(columns) - 1
-    part = np.random.default_rng(0).random(cells)
-    exact = _columns(transfer, low + (high - low) * (np.arange(cells) + part) / cells)
-    linear = columns[:-1] + part[:, None] * (columns[1:] - columns[:-1])
-    scale = np.sqrt(np.mean(exact**2, axis=0))
-    error = np.sqrt(np.mean((exact - linear) ** 2, axis=0))
-    return float(np.max(error / np.where(scale > 0, scale, 1.0)))
+def _segments(knots: Array, after: Curves, before: Curves, materials: int) -> TransferTable:
+    """Table over ``knots``; ``after`` and ``before`` are the columns' limits from the right and from the left."""
+    right, left = after(knots), before(knots)
+    width = np.diff(knots)[:, None]
+    cumulative = np.vstack([np.zeros(right.shape[1]), np.cumsum(0.5 * (right[:-1] + left[1:]) * width, axis=0)])
+    level = np.zeros((1, right.shape[1]))
+    table = TransferTable(
+        knots,
+        np.concatenate([knots[:1], knots]),
+        np.vstack([right[:1], right]),
+        np.vstack([level, (left[1:] - right[:-1]) / width, level]),
+        np.vstack([cumulative[:1], cumulative]),
+        ~np.concatenate(
+            [(right[:1] > 0).any(-1), ((right[:-1] > 0) | (left[1:] > 0)).any(-1), (right[-1:] > 0).any(-1)]
+        ),
+        materials,
+    )
+    return _with_merged_empties(table)
 
 
-def _extended(columns: Array) -> NDArray[np.float32]:
-    rise = np.diff(columns, axis=0)
-    level = np.zeros((1, columns.shape[1]))
-    values = np.vstack([columns[:1], columns])
-    return np.hstack([values, np.vstack([level, rise, level])]).astype(np.float32)
+def _with_merged_empties(table: TransferTable) -> TransferTable:
+    """Each run of empty segments as two that are anchored at its ends, or one where it reaches without end."""
+    bounds = np.concatenate([[-np.inf], table.knots, [np.inf]])
+    rows: list[int] = []
+    anchors: list[float] = []
+    starts: list[float] = []
+    i = 0
+    while i < table.segments:
+        if not table.is_empty[i]:
+            rows, anchors, starts = [*rows, i], [*anchors, float(table.anchors[i])], [*starts, float(bounds[i])]
+            i += 1
+            continue
+        end = i
+        while end < table.segments and table.is_empty[end]:
+            end += 1
+        low, high = float(bounds[i]), float(bounds[end])
+        near, far = np.isfinite(low), np.isfinite(high)
+        if near or not far:  # what shows is below, or nowhere at all: then the distance to it is without end
+            rows, anchors, starts = [*rows, i], [*anchors, low], [*starts, low]
+        if far:
+            middle = 0.5 * low + 0.5 * high if near else low
+            rows, anchors, starts = [*rows, i], [*anchors, high], [*starts, middle]
+        i = end
+    kept = np.array(rows)
+    knots = np.array(starts[1:])
+    # One knot at least, for the guide; where it stands in a table of one segment is without effect.
+    if not len(knots):
+        kept, anchors, knots = np.repeat(kept, 2), anchors * 2, table.knots[:1]
+    return replace(
+        table,
+        knots=knots,
+        anchors=np.array(anchors),
+        values=table.values[kept],
+        rises=table.rises[kept],
+        integrals=table.integrals[kept],
+        is_empty=table.is_empty[kept],
+    )

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.volume.march.device import is_scalar
+from spectral_core.spectra.color import luminance_from_linear_rgb
+from spectral_core.volume.mitsuba_integrator.settings import SceneVolume
 from spectral_core.volume.transfer import TransferFunction
 
 Array = NDArray[np.float64]
-_LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 
 
 class SceneColors:
@@ -22,18 +22,21 @@ class SceneColors:
     ``light``, a catalogue illuminant scaled so that a perfect white has luminance 1.
     """
 
-    def __init__(self, types: Any, transfer: TransferFunction, light: str, reflectances: bool) -> None:
+    def __init__(self, types: Any, item: SceneVolume, light: str, reflectances: bool) -> None:
         import mitsuba as mi
 
+        transfer = item.transfer
+        gains = np.ones(len(transfer.materials)) if item.gains is None else np.array(item.gains)
         self.types, self.spectral = types, mi.is_spectral
         if mi.is_spectral:
             self.first, self.step, table = _spectra(transfer, light, reflectances)
+            table = table * gains[:, None]
             self.count = table.shape[1]
-            self.table: Any = table if is_scalar(types) else types.Float(table.astype(np.float32).ravel())
+            self.table: Any = types.Float(table.astype(np.float32).ravel())
             self.materials = len(table)
         else:
-            rgb = _shown_rgb(transfer, "D65" if reflectances else light)
-            rgb = (rgb @ _LUMINANCE)[:, None] if mi.is_monochromatic else rgb
+            rgb = _shown_rgb(transfer, "D65" if reflectances else light) * gains[:, None]
+            rgb = luminance_from_linear_rgb(rgb)[:, None] if mi.is_monochromatic else rgb
             self.fixed = [[_number(types, v) for v in row] for row in rgb]
 
     def at(self, wavelengths: Any) -> list[Any]:
@@ -54,12 +57,8 @@ class SceneColors:
         index = types.UInt32(dr.clip(x, 0, self.count - 2))
         part = x - types.Float(index)
         at = index + material * self.count
-        if is_scalar(types):
-            flat = self.table.ravel()
-            low, high = float(flat[at]), float(flat[at + 1])
-        else:
-            low = dr.gather(types.Float, self.table, at, inside)
-            high = dr.gather(types.Float, self.table, at + 1, inside)
+        low = dr.gather(types.Float, self.table, at, inside)
+        high = dr.gather(types.Float, self.table, at + 1, inside)
         return dr.select(inside, dr.fma(high - low, part, low), 0.0)
 
 
@@ -76,22 +75,19 @@ def _spectra(transfer: TransferFunction, light: str, bare: bool) -> tuple[float,
     """(first wavelength, spacing, (K, n) radiance) at 1 nm over the visible range; ``bare`` leaves reflectances so.
 
     Mitsuba's film divides by the integral of ȳ, so a flat radiance of 1 has luminance 1, as here. RGB becomes the
-    smoothest reflectance that has it under D65; RGB that shines by itself is that times D65.
+    reflectance that surfaces of this color have; RGB that shines by itself is that times D65.
     """
-    from spectral_core.spectra.spectrum import SpectralGrid
-    from spectral_core.volume.mitsuba_integrator.illumination import smooth_reflectance
+    from spectral_core.volume.mitsuba_integrator.illumination import spectrum_of_color
 
     nm = np.arange(360.0, 831.0)
     if transfer.wavelengths_nm is None:
-        grid = SpectralGrid.uniform(380.0, 780.0, 10.0)
-        known = grid.wavelengths_nm
-        colors = [smooth_reflectance(c / max(c.max(), 1.0), grid) * max(c.max(), 1.0) for c in transfer.colors]
+        colors = spectrum_of_color(transfer.colors, nm)
     else:
-        known, colors = transfer.wavelengths_nm, list(transfer.colors)
+        known = transfer.wavelengths_nm
+        colors = np.stack([np.interp(nm, known, c, left=0.0, right=0.0) for c in transfer.colors])
     own_light = np.ones_like(nm) if transfer.wavelengths_nm is not None else _white(nm, "D65")
     lights = [(np.ones_like(nm) if bare else _white(nm, light)) if m.lit else own_light for m in transfer.materials]
-    table = [np.interp(nm, known, c, left=0.0, right=0.0) * lamp for c, lamp in zip(colors, lights, strict=True)]
-    return float(nm[0]), 1.0, np.stack(table)
+    return float(nm[0]), 1.0, colors * np.stack(lights)
 
 
 def _white(nm: Array, light: str) -> Array:

@@ -4,12 +4,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.mitsuba_integrator.scene_march import Placed, WorldRay, transmittance
+from spectral_core.volume.march.loop import Shade, Shown, march
+from spectral_core.volume.march.path import Placed, WorldRay, path_through
 from spectral_core.volume.mitsuba_integrator.settings import VolumeSettings
+
+
+def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
+    """Share of light that all fields let pass between the ray's origin and its end."""
+    return march(path_through(volumes, ray)).transmittance
 
 
 @dataclass(frozen=True)
@@ -26,50 +31,55 @@ class Lit:
     lit: list[bool]
     settings: VolumeSettings
 
-    def gather(self, line: WorldRay, ray: Any) -> Callable[..., tuple[Any, Any]]:
-        """What ``march_scene`` calls per step."""
+    def shade(self, line: WorldRay, ray: Any) -> Shade:
+        """What the march calls per step; ``ray`` is Mitsuba's, for its time and wavelengths."""
         import drjit as dr
         import mitsuba as mi
 
-        def gather(light: Any, source: list[Any], gain: Any, distance: Any, sampler: Any) -> tuple[Any, Any]:
-            point = line.at(distance)
+        def shade(light: Any, sampler: Any, shown: Shown) -> tuple[Any, Any]:
+            point = line.at(shown.distance)
             place = dr.zeros(mi.Interaction3f)
-            place.t, place.time, place.wavelengths = distance, ray.time, ray.wavelengths
-            place.p = mi.Point3f(*point)
-            active = gain * sum(source[1:], source[0]) > 0
+            place.t, place.time, place.wavelengths = shown.distance, ray.time, ray.wavelengths
+            place.p = mi.Point3f(point)
+            active = shown.gain * sum(shown.source[1:], shown.source[0]) > 0
             found, weight = self.scene.sample_emitter_direction(
                 place, sampler.next_2d(active), self.settings.shadows, active
             )
             if self.settings.shadows:
-                towards = WorldRay(point, list(found.d), dr.select(active & (found.pdf > 0), found.dist, 0.0))
+                towards = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), found.dist, 0.0))
                 weight *= transmittance(self.volumes, towards)
             start = 0
             for volume in self.volumes:
-                facing = _facing(volume, point, found.d)
+                facing = facing_light(volume, point, found.d)
                 for k in range(start, start + volume.data.materials):
-                    shown = weight * facing if self.lit[k] else mi.Spectrum(1.0)
-                    light = light + dr.select(active, gain * source[k], 0.0) * self.colors[k] * shown
+                    radiance = weight * facing if self.lit[k] else mi.Spectrum(1.0)
+                    light = light + dr.select(active, shown.gain * shown.source[k], 0.0) * self.colors[k] * radiance
                 start += volume.data.materials
             return light, sampler
 
-        return gather
+        return shade
 
 
-def _facing(volume: Placed, point: list[Any], towards: Any) -> Any:
-    """|n·l|/π with n the field's gradient, or 1/4π where there is none."""
+def facing_light(volume: Placed, point: Any, towards: Any) -> Any:
+    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π where there is none."""
     import drjit as dr
 
-    index = [sum((volume.linear[a][b] * point[b] for b in range(3)), volume.offset[a]) for a in range(3)]
-    slope = []
+    field, vector = volume.data.volume, volume.data.volume.types.Array3f
+    at = volume.index_point(vector(point))
+    # Central differences over one voxel, in index space; the gradient of the world follows as a covector.
+    slopes, scale = [], 0.0
     for axis in range(3):
-        ahead, back = list(index), list(index)
-        ahead[axis], back[axis] = index[axis] + 0.5, index[axis] - 0.5
-        slope.append(volume.data.volume.value(ahead, True) - volume.data.volume.value(back, True))
-    normal = [sum((volume.linear[b][a] * slope[b] for b in range(3)), 0.0) for a in range(3)]
-    length = dr.sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
-    along = normal[0] * towards.x + normal[1] * towards.y + normal[2] * towards.z
-    sided = length > 1e-6
-    return dr.select(sided, dr.abs(along) / dr.maximum(length, 1e-6) / math.pi, 0.25 / math.pi)
+        half = vector(*(0.5 * (axis == a) for a in range(3)))
+        ahead, back = field.value(at + half), field.value(at - half)
+        slopes.append(ahead - back)
+        scale = scale + dr.abs(ahead) + dr.abs(back)
+    gradient = vector(*slopes)
+    normal = volume.world_covector(gradient)
+    length = dr.sqrt(dr.dot(normal, normal))
+    along = dr.dot(normal, vector(towards))
+    # Differences of the size of float32's rounding are those of a level field, whatever its values.
+    sided = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
+    return dr.select(sided, dr.abs(along) / dr.select(sided, length, 1.0) / math.pi, 0.25 / math.pi)
 
 
 def surface_light(
@@ -91,7 +101,7 @@ def surface_light(
     def bounce(ray: Any, throughput: Any, light: Any, depth: Any, active: Any, there: Any, known: Any, pdf: Any, sampler: Any) -> Any:  # fmt: skip  # noqa: E501
         hit = scene.ray_intersect(ray, mi.RayFlags.All, depth == 0, active)
         there = there | (active & (depth == 0) & hit.is_valid())
-        line = WorldRay(list(ray.o), list(ray.d), dr.select((depth > 0) & active, dr.minimum(hit.t, 1e30), 0.0))
+        line = WorldRay(ray.o, ray.d, dr.select((depth > 0) & active, dr.minimum(hit.t, 1e30), 0.0))
         throughput = throughput * transmittance(volumes, line)
         emitter = hit.emitter(scene)
         found = mi.DirectionSample3f(scene, hit, known)
@@ -105,7 +115,7 @@ def surface_light(
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
         lamp, weight = scene.sample_emitter_direction(hit, sampler.next_2d(smooth), True, smooth)
         smooth = smooth & (lamp.pdf > 0)
-        shadow = WorldRay(list(hit.p), list(lamp.d), dr.select(smooth, dr.minimum(lamp.dist, 1e30), 0.0))
+        shadow = WorldRay(hit.p, lamp.d, dr.select(smooth, dr.minimum(lamp.dist, 1e30), 0.0))
         value, chance = bsdf.eval_pdf(context, hit, hit.to_local(lamp.d), smooth)
         chance = dr.select(lamp.delta, 0.0, chance)
         share = lamp.pdf / dr.maximum(lamp.pdf + chance, 1e-30)

@@ -25,10 +25,15 @@ from spectral_core.volume.transfer import TransferFunction
 
 @dataclass(frozen=True, eq=False)
 class SceneVolume:
-    """A field and the transfer function it is shown with; its name marks its extra channels."""
+    """A field and the transfer function it is shown with; its name marks its extra channels.
+
+    ``gains``, one per material, multiply the light that each shows (None: 1). They are apart from the colors, since the
+    spectrum of a color is not that of half the color twice.
+    """
 
     volume: ScalarVolume
     transfer: TransferFunction
+    gains: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -91,6 +96,36 @@ def integrator_dict(items: list[SceneVolume], surface: dict[str, Any] | None = N
     VolumeSettings(**settings)
     made = {"type": "adaptive_volume", "handles": ",".join(share(item) for item in items), **settings}
     return made if surface is None else made | {"surface": surface}
+
+
+_PREFIXES = ("file", "transfer", "to_world")
+"""Properties that come once per field, alone or with the field's name behind an underscore."""
+
+
+def require_known(props: Any, nested: tuple[type, ...]) -> None:
+    """Refuse properties that nothing reads, with the nearest name that something does.
+
+    Parameters
+    ----------
+    props
+        Mitsuba's properties.
+    nested
+        Types of nested objects, which may have any name.
+    """
+    from dataclasses import fields
+
+    known = [*(field.name for field in fields(VolumeSettings)), "handles", *_PREFIXES]
+    names = [key for key in props.keys() if not isinstance(props[key], nested)]  # noqa: SIM118 (no mapping)
+    grids = {key[len("volume") :] for key in props.keys() if key.startswith("volume")}  # noqa: SIM118
+    files = {key[len("file") :] for key in names if key == "file" or key.startswith("file_")}
+    for key in names:
+        prefix = next((p for p in _PREFIXES if key == p or key.startswith(f"{p}_")), None)
+        if key not in known and prefix is None:
+            raise UnknownNameError.among("property of adaptive_volume", key, known)
+        if prefix not in (None, "file") and key != "transfer" and key[len(str(prefix)) :] not in grids | files:
+            raise InvalidInputError(
+                f"adaptive_volume: {key!r} belongs to no field; name it as its file_NAME or volume_NAME is named"
+            )
 
 
 def read_settings(props: Any) -> VolumeSettings:

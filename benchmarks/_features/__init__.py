@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Single-feature scenes, by name: each is the standard stage (a ball on a plane) with one thing changed."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from benchmarks._features.stage import Stage
+
+FAMILIES = ("lamps", "world", "closures", "closure_sockets", "color_nodes", "textures", "inputs", "images", "camera",
+            "film", "objects", "normals", "volumes")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One scene. ``build`` changes the stage; ``samples``: factor on the samples where the feature is noisy."""
+
+    name: str
+    build: Callable[[Stage], object]
+    samples: int = 1
+
+
+_found: dict[str, Feature] = {}
+
+
+def feature(name: str, build: Callable[[Stage], object], samples: int = 1) -> None:
+    """Enter a scene under ``family/name``; every name must be new."""
+    if name in _found:
+        raise ValueError(f"two feature scenes are named {name!r}")
+    _found[name] = Feature(name, build, samples)
+
+
+def all_features() -> dict[str, Feature]:
+    """Every scene by name, in the order of the families."""
+    for family in FAMILIES:
+        importlib.import_module(f"benchmarks._features.{family}")
+    return dict(_found)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Image textures: alpha, color spaces, projections, extensions, interpolations, several UV maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks._features import feature
+from benchmarks._features.stage import Stage
+
+
+def _textured(
+    options: dict[str, Any] | None = None, *, coordinate: str | None = None, **image: Any
+) -> Callable[[Stage], Any]:
+    """An image as the color of the ball; returns the texture node."""
+
+    def build(stage: Stage) -> Any:
+        node = stage.node("ShaderNodeTexImage", **(options or {}))
+        node.image = stage.image(**image)
+        if coordinate is not None:
+            stage.link(stage.node("ShaderNodeTexCoord").outputs[coordinate], node.inputs["Vector"])
+        stage.into_color(node.outputs["Color"])
+        return node
+
+    return build
+
+
+feature("images/color", _textured())
+feature("images/float", _textured(float_buffer=True))
+feature("images/large", _textured(size=(256, 128)))
+for _kind in ("Linear", "Closest", "Cubic", "Smart"):
+    feature(f"images/{_kind.lower()}", _textured({"interpolation": _kind}, size=(8, 8)))
+for _coordinate in ("Generated", "Object", "Normal", "Window", "Camera", "Reflection"):
+    feature(f"images/over {_coordinate}", _textured(coordinate=_coordinate))
+for _projection in ("BOX", "SPHERE", "TUBE"):
+    feature(f"images/projection {_projection.lower()}", _textured({"projection": _projection}, coordinate="Object"))
+feature("images/projection box blended", _textured({"projection": "BOX", "projection_blend": 0.5}, coordinate="Object"))
+for _extension in ("REPEAT", "EXTEND", "CLIP", "MIRROR"):
+
+    def _extended(stage: Stage, extension: str = _extension) -> None:
+        node = _textured({"extension": extension})(stage)
+        mapping = stage.node("ShaderNodeMapping", Scale=(2.5, 2.5, 1.0), Location=(-0.4, -0.6, 0.0))
+        stage.link(stage.node("ShaderNodeTexCoord").outputs["UV"], mapping.inputs["Vector"])
+        stage.link(mapping.outputs["Vector"], node.inputs["Vector"])
+
+    feature(f"images/extension {_extension.lower()}", _extended)
+for _space in ("sRGB", "Non-Color", "Linear Rec.709", "Linear Rec.2020", "ACEScg", "Filmic sRGB", "AgX Base sRGB",
+               "Linear CIE-XYZ D65"):  # fmt: skip
+
+    def _spaced(stage: Stage, space: str = _space) -> None:
+        _textured()(stage).image.colorspace_settings.name = space
+
+    feature(f"images/space {_space}", _spaced)
+for _mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"):
+    for _used in (False, True):
+
+        def _alpha(stage: Stage, mode: str = _mode, used: bool = _used) -> None:
+            stage.shader("ShaderNodeBsdfPrincipled", Roughness=1.0)
+            node = _textured(alpha=True)(stage)
+            node.image.alpha_mode = mode
+            if used:
+                stage.link(node.outputs["Alpha"], stage.tree().nodes["shader"].inputs["Alpha"])
+
+        feature(f"images/alpha {_mode.lower()} {'linked' if _used else 'unlinked'}", _alpha)
+
+
+def _float_alpha(stage: Stage) -> None:
+    stage.shader("ShaderNodeBsdfPrincipled", Roughness=1.0)
+    node = _textured(alpha=True, float_buffer=True)(stage)
+    stage.link(node.outputs["Alpha"], stage.tree().nodes["shader"].inputs["Alpha"])
+
+
+feature("images/alpha of floats", _float_alpha)
+
+
+def _two_maps(stage: Stage) -> None:
+    uvs = stage.ball.data.uv_layers.new(name="Second")
+    values = np.empty(len(uvs.uv) * 2, np.float32)
+    stage.ball.data.uv_layers[0].uv.foreach_get("vector", values)
+    uvs.uv.foreach_set("vector", (values * 3.0).astype(np.float32))
+    first = _textured()(stage)
+    second = stage.node("ShaderNodeTexImage")
+    second.image = stage.image("Other")
+    stage.link(stage.node("ShaderNodeUVMap", uv_map="Second").outputs[0], second.inputs["Vector"])
+    mix = stage.node("ShaderNodeMixRGB", blend_type="MULTIPLY")
+    mix.inputs[0].default_value = 1.0
+    stage.link(first.outputs["Color"], mix.inputs[1])
+    stage.link(second.outputs["Color"], mix.inputs[2])
+    stage.into_color(mix.outputs[0])
+
+
+feature("images/two uv maps", _two_maps)
+feature("images/missing", lambda s: setattr(_textured()(s), "image", None))
+feature("images/as mix factor", lambda s: (lambda node: (
+    s.link(_textured()(s).outputs["Color"], node.inputs[0]), s.into_color(node.outputs[0])))(
+    s.node("ShaderNodeMixRGB")))  # fmt: skip
+
+
+def _turned(stage: Stage, **values: Any) -> None:
+    node = _textured()(stage)
+    mapping = stage.node("ShaderNodeMapping", **values)
+    stage.link(stage.node("ShaderNodeTexCoord").outputs["UV"], mapping.inputs["Vector"])
+    stage.link(mapping.outputs["Vector"], node.inputs["Vector"])
+
+
+feature("images/mapping", lambda s: _turned(s, Rotation=(0.0, 0.0, 0.6), Scale=(2.0, 3.0, 1.0)))
+feature("images/mapping tilted", lambda s: _turned(s, Rotation=(0.6, 0.3, 0.0)))

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The board while it runs: links to devices, a timer that moves numbers, motors, a recording of the motion."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import bpy
+import numpy as np
+from bpy.types import PropertyGroup, Scene
+
+from spectral_core.errors import InvalidInputError, SpectralError
+
+from ...properties import hooks
+from ...properties.hooks import Topic
+
+if TYPE_CHECKING:
+    from spectral_core.explore.board import Board, Change
+
+TICK_SECONDS = 1 / 60
+RENDER_SECONDS = 0.5
+
+
+@dataclass
+class Session:
+    """A started board. ``links``: MIDI and OSC; ``events``: (seconds, target, position) of every move so far."""
+
+    scene: str
+    board: Any
+    links: list[Any] = field(default_factory=list)
+    events: list[tuple[float, str, float]] = field(default_factory=list)
+    started: float = field(default_factory=time.monotonic)
+    start_positions: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def osc_port(self) -> int | None:
+        """Port that OSC listens on, None where it does not."""
+        return next((link.port for link in self.links if hasattr(link, "port")), None)
+
+
+_session: Session | None = None
+
+
+def session() -> Session | None:
+    """The board that runs, None where none does."""
+    return _session
+
+
+def read(target: str) -> float:
+    """Present value of a target; 0 where it is gone, which its binding's row says."""
+    from .paths import number_at
+
+    try:
+        return number_at(target).read()
+    except InvalidInputError:
+        return 0.0
+
+
+def start(scene: Scene) -> tuple[Session, list[str]]:
+    """Open what is there and listen; returns what runs, and what could not be opened, in words.
+
+    That nothing is there is no error."""
+    from spectral_core.explore.board import Board
+
+    stop()
+    global _session
+    settings, board = scene.spectral.board, Board(read)
+    links, missing = [], []
+    for wanted, opened in ((settings.use_midi, _midi), (settings.use_osc, _osc)):
+        if wanted:
+            try:
+                links.append(opened(settings, board))
+            except (SpectralError, OSError) as error:
+                missing.append(str(error))
+    _session = Session(scene.name, board, links)
+    rebind(scene)
+    if not bpy.app.background:
+        bpy.app.timers.register(tick, first_interval=TICK_SECONDS)
+    return _session, missing
+
+
+def _midi(settings: PropertyGroup, board: Board) -> Any:
+    from spectral_core.explore.board import Control
+    from spectral_core.explore.board.midi import MidiLink
+
+    controls = [Control.parse(entry.control) for entry in settings.bindings if entry.control.startswith("cc14:")]
+    fine = frozenset((control.channel, int(control.address)) for control in controls)
+    return MidiLink(board.receive, name=settings.midi_port or None, fine=fine)
+
+
+def _osc(settings: PropertyGroup, board: Board) -> Any:
+    from spectral_core.explore.board.osc import OscLink
+
+    feedback = (settings.feedback_host, settings.feedback_port) if settings.feedback_host else None
+    return OscLink(board.receive, host=settings.osc_host, port=settings.osc_port, feedback=feedback)
+
+
+def rebind(scene: Scene) -> None:
+    """Give the running board the bindings that the scene stores."""
+    from spectral_core.explore.board import Binding, Control
+
+    if _session is None or not isinstance(scene, bpy.types.Scene) or scene.name != _session.scene:
+        return
+    settings, board = scene.spectral.board, _session.board
+    wanted = []
+    try:
+        for entry in settings.bindings:
+            if entry.control:
+                control = Control.parse(entry.control)
+                wanted.append(Binding(control, entry.name, entry.low, entry.high, entry.pick_up))
+        for old in board.bindings:
+            if old not in wanted:
+                board.unbind(old.control)
+        for new in wanted:
+            if new not in board.bindings:
+                board.bind(new)
+            _session.start_positions.setdefault(new.target, new.position(read(new.target)))
+        for order in settings.orders:
+            if order.lower and order.upper:
+                board.keep_ordered(order.lower, order.upper)
+        settings.status = ""
+    except SpectralError as error:
+        settings.status = str(error)
+
+
+def tick() -> float | None:
+    """Move what was moved since the last time; Blender calls it as a timer, a script may."""
+    if _session is None:
+        return None
+    scene = bpy.data.scenes.get(_session.scene)
+    if scene is None:
+        stop()
+        return None
+    if bpy.app.is_job_running("RENDER"):
+        return RENDER_SECONDS
+    for link in _session.links:
+        if hasattr(link, "pump"):
+            link.pump()
+    learning = _session.board.learning
+    changes = _session.board.poll(range_of)
+    if learning is not None and _session.board.learning is None:
+        _store_learned(scene, learning)
+    for change in changes:
+        _write(scene, change)
+    for control, position in _session.board.motors(time.monotonic()):
+        for link in _session.links:
+            link.send(control, position)
+    return TICK_SECONDS
+
+
+def range_of(target: str) -> tuple[float, float]:
+    """Range of a target that is being learned."""
+    from .paths import number_at
+
+    return number_at(target).range()
+
+
+def _store_learned(scene: Scene, target: str) -> None:
+    assert _session is not None
+    learned = next(binding for binding in reversed(_session.board.bindings) if binding.target == target)
+    settings = scene.spectral.board
+    for number in reversed(range(len(settings.bindings))):
+        if settings.bindings[number].control == str(learned.control) and settings.bindings[number].name != target:
+            settings.bindings.remove(number)
+    entry = settings.bindings.get(target) or settings.bindings.add()
+    entry.name, entry.low, entry.high = target, learned.low, learned.high
+    entry.control = str(learned.control)
+
+
+def _write(scene: Scene, change: Change) -> None:
+    from .paths import number_at
+
+    assert _session is not None
+    try:
+        number_at(change.target).write(change.value)
+    except InvalidInputError as error:
+        scene.spectral.board.status = str(error)
+        return
+    binding = next((each for each in _session.board.bindings if each.target == change.target), None)
+    if binding is not None:
+        _session.events.append((change.time, change.target, binding.position(change.value)))
+
+
+def recording() -> Any:
+    """Motion since the board was started. Raises InvalidInputError where nothing has moved."""
+    from spectral_core.explore.board import Recording
+
+    if _session is None or not _session.events:
+        raise InvalidInputError("no fader has moved since the board was started")
+    targets = tuple(dict.fromkeys(target for _, target, _ in _session.events))
+    first = _session.events[0][0]
+    rows = [(seconds - first, targets.index(target), position) for seconds, target, position in _session.events]
+    begin = np.array([_session.start_positions.get(target, 0.0) for target in targets])
+    return Recording.from_events(rows, targets, begin)
+
+
+def stop() -> None:
+    """Close every device."""
+    global _session
+    if _session is not None:
+        for link in _session.links:
+            link.close()
+    _session = None
+    if bpy.app.timers.is_registered(tick):
+        bpy.app.timers.unregister(tick)
+
+
+@bpy.app.handlers.persistent
+def _before_load(*_: object) -> None:
+    stop()
+
+
+def _devices(_board: bpy.types.PropertyGroup) -> list[str]:
+    """Names of the MIDI devices that are connected."""
+    from spectral_core.explore.board.midi import port_names
+
+    try:
+        return port_names()
+    except SpectralError:
+        return []  # without mido; Start says so
+
+
+def register() -> None:
+    """Follow the bindings, and let go of devices when another file is opened."""
+    hooks.listen(Topic.BOARD, lambda properties: rebind(properties.id_data))
+    hooks.listen(Topic.BOARD_DEVICES, _devices)
+    bpy.app.handlers.load_pre.append(_before_load)
+
+
+def unregister() -> None:
+    """Let go of devices."""
+    hooks.ignore(Topic.BOARD, Topic.BOARD_DEVICES)
+    bpy.app.handlers.load_pre.remove(_before_load)
+    stop()

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers of a .blend file by the text that Blender's "Copy Full Data Path" gives; nothing is evaluated."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from bpy.types import ID
+
+from spectral_core.errors import InvalidInputError
+
+_FULL = re.compile(r'bpy\.data\.(\w+)\["((?:[^"\\]|\\.)*)"\]\.?(.*)', re.S)
+_INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
+_CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
+WIDEST = 1e5
+"""A soft limit past this is no range for a fader."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number: attribute ``name`` of ``owner`` (a key where ``is_custom``), element ``index`` of it if not None."""
+
+    owner: Any
+    name: str
+    index: int | None
+    is_custom: bool
+
+    def read(self) -> float:
+        """Its present value."""
+        value = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
+        return float(value if self.index is None else value[self.index])
+
+    def write(self, value: float) -> None:
+        """Set it, as a hand on its slider would; a whole number is rounded."""
+        whole = isinstance(self._element(), int)
+        given: Any = round(value) if whole else value
+        if self.index is not None:
+            values = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
+            values[self.index] = given
+        elif self.is_custom:
+            self.owner[self.name] = given
+            self.owner.id_data.update_tag()
+        else:
+            setattr(self.owner, self.name, given)
+
+    def _element(self) -> Any:
+        value = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
+        return value if self.index is None else value[self.index]
+
+    def range(self) -> tuple[float, float]:
+        """Its slider's range; twice its value where that has no end."""
+        present = self.read()
+        low, high = 0.0, max(1.0, 2 * abs(present))
+        if not self.is_custom:
+            known = self.owner.bl_rna.properties[self.name]
+            low = known.soft_min if abs(known.soft_min) < WIDEST else min(low, 2 * present)
+            high = known.soft_max if abs(known.soft_max) < WIDEST else high
+        return (low, high) if high > low else (low, low + 1.0)
+
+
+def number_at(path: str) -> Number:
+    """The number of a full data path. Raises InvalidInputError where nothing or no number is there."""
+    full = _FULL.fullmatch(path.strip())
+    blocks = getattr(bpy.data, full[1], None) if full else None
+    if full is None or blocks is None or not hasattr(blocks, "get"):
+        raise InvalidInputError(
+            f'{path!r} is no data path; expected one as Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
+        )
+    block = blocks.get(_plain(full[2]))
+    if block is None:
+        raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {_plain(full[2])!r}")
+    found = _found(block, full[3])
+    if found is None:
+        raise InvalidInputError(f"{path!r} is not a number that a fader could move")
+    return found
+
+
+def _found(block: ID, rest: str) -> Number | None:
+    indexed = _INDEXED.fullmatch(rest)
+    place, index = (indexed[1], int(indexed[2])) if indexed else (rest, None)
+    custom = _CUSTOM.fullmatch(place)
+    owner_path, _, name = (custom[1], "", _plain(custom[2])) if custom else place.rpartition(".")
+    try:
+        owner = block.path_resolve(owner_path) if owner_path else block
+        number = Number(owner, name, index, custom is not None)
+        element = number._element()
+    except (ValueError, KeyError, AttributeError, IndexError, TypeError):
+        return None
+    return number if isinstance(element, (int, float)) and not isinstance(element, bool) else None
+
+
+def _plain(quoted: str) -> str:
+    return re.sub(r"\\(.)", r"\1", quoted)
+
+
+def full_path(block: ID, data_path: str, index: int = -1) -> str:
+    """The text for a property of a data-block."""
+    return f"{block!r}.{data_path}" + (f"[{index}]" if index >= 0 else "")

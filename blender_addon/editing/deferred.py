@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Work that follows an edit: at once without a window; with one as soon as the artist's hand allows, by a timer.
+
+Dragging a slider changes a property many times per second. A timer collects what came in the meantime and answers
+once. While Blender renders nothing is written, because the render reads the same data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+
+RENDER_SECONDS = 0.5
+"""Time until the next look at a render that is under way."""
+
+
+class Deferred:
+    """Answer edits of a scene later, when the artist rests.
+
+    Parameters
+    ----------
+    follow
+        Called with the scene shortly after an edit; edits in the meantime are answered together.
+    finish
+        Called with the scene once no further edit came for ``rest_seconds``; None where ``follow`` does everything.
+    delay_seconds
+        Time from an edit to ``follow``.
+    rest_seconds
+        Time without an edit until ``finish``.
+    """
+
+    def __init__(
+        self,
+        follow: Callable[[bpy.types.Scene], None],
+        finish: Callable[[bpy.types.Scene], None] | None = None,
+        *,
+        delay_seconds: float,
+        rest_seconds: float = 0.0,
+    ) -> None:
+        self._follow, self._finish = follow, finish
+        self._delay, self._rest = delay_seconds, rest_seconds
+        self._timer = self.tick  # Blender knows a timer by its object, and a bound method is a new one each time
+        self._edited: set[int] = set()
+        self._unfinished: set[int] = set()
+
+    def request(self, scene: bpy.types.Scene) -> None:
+        """Answer an edit of ``scene``: now where there is no window, else after the delay."""
+        if bpy.app.background:
+            self._follow(scene)
+            if self._finish is not None:
+                self._finish(scene)
+            return
+        if not self._edited:  # an edit that already waits is not put off further, so a drag shows its way
+            self._unregister()
+            bpy.app.timers.register(self._timer, first_interval=self._delay)
+        self._edited.add(scene.session_uid)
+
+    def tick(self) -> float | None:
+        """Answer what waits: first the edits, then, after a rest, what is not finished. Blender's timer calls it."""
+        if bpy.app.is_job_running("RENDER"):
+            return RENDER_SECONDS
+        if self._edited:
+            for scene in _taken(self._edited):
+                self._follow(scene)
+                if self._finish is not None:
+                    self._unfinished.add(scene.session_uid)
+            return self._rest if self._unfinished else None
+        for scene in _taken(self._unfinished):
+            if self._finish is not None:
+                self._finish(scene)
+        return None
+
+    def cancel(self) -> None:
+        """Forget what waits."""
+        self._edited.clear()
+        self._unfinished.clear()
+        self._unregister()
+
+    def _unregister(self) -> None:
+        if bpy.app.timers.is_registered(self._timer):
+            bpy.app.timers.unregister(self._timer)
+
+
+def _taken(waiting: set[int]) -> list[bpy.types.Scene]:
+    """Scenes that wait and still exist; the set is emptied. The session's number survives a rename."""
+    scenes = [scene for scene in bpy.data.scenes if scene.session_uid in waiting]
+    waiting.clear()
+    return scenes
+
+
+def redraw(*area_types: str) -> None:
+    """Repaint every area of these types, in every window."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in area_types:
+                area.tag_redraw()

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The transport in memory, and the picture that follows the dial: an image of its own, "Light Dial".
+
+Without a window a change is answered at once; with one a timer answers all that came in the meantime together.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import bpy
+import numpy as np
+from bpy.types import PropertyGroup, Scene
+
+from spectral_core.errors import InvalidInputError, SpectralError
+
+from ...properties import hooks
+from ...properties.hooks import Topic
+from ..deferred import Deferred, redraw
+
+if TYPE_CHECKING:
+    from spectral_core.render.relight.transport import Transport
+
+PICTURE = "Light Dial"
+DELAY_SECONDS = 0.005
+
+
+@dataclass
+class _Session:
+    """One scene's transport, as last read: ``stamp`` tells whether its file is still the same."""
+
+    stamp: tuple[str, int, int]
+    live: Any
+    lamps: list[str]
+
+
+_sessions: dict[int, _Session] = {}
+
+
+def transport_path(dial: PropertyGroup) -> Path:
+    """Where the transport of a dial is kept."""
+    if dial.filepath:
+        return Path(bpy.path.abspath(dial.filepath))
+    if bpy.data.filepath:
+        return Path(bpy.data.filepath).with_suffix(".transport.exr")
+    return Path(bpy.app.tempdir or ".") / "light_dial.transport.exr"
+
+
+def shares_of(dial: PropertyGroup) -> np.ndarray:
+    """Share (n,) of each bulb by Eq. 6.1: they sum to 1, or are all zero where all bulbs are off."""
+    from spectral_core.render.relight.dial import dial_weights
+
+    if not len(dial.bulbs):
+        return np.zeros(0)
+    places = [tuple(bulb.place) for bulb in dial.bulbs]
+    return dial_weights(tuple(dial.selector), places, [bulb.is_on for bulb in dial.bulbs])
+
+
+def weights_of(dial: PropertyGroup) -> np.ndarray:
+    """Factor (n,) on the recorded brightness of each bulb's lights: its share times the dial's intensity."""
+    return dial.intensity * shares_of(dial)
+
+
+def live_mix(scene: Scene) -> Any:
+    """The LiveMix of a scene's transport, read where it is not in memory, with the bulbs' lamps in it.
+
+    Raises FileFormatError for a file that is missing, cut, edited or of another scene, InvalidInputError where
+    nothing was recorded yet, or a lamp asks for what the storage does not keep.
+    """
+    from spectral_core.render.relight.mix import LiveMix
+    from spectral_core.render.relight.transport_file import read_transport
+
+    dial = scene.spectral.dial
+    if not len(dial.bulbs) or not dial.scene_hash:
+        raise InvalidInputError("no transport is recorded yet; press Record")
+    path = transport_path(dial)
+    known, stamp = _sessions.get(scene.session_uid), _stamp(path)
+    if known is None or known.stamp != stamp:
+        transport = read_transport(path, scene_hash=dial.scene_hash)
+        known = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
+        _sessions[scene.session_uid] = known
+    _require_same_bulbs(dial, known.live.transport)
+    _dress(dial, known)
+    return known.live
+
+
+def _stamp(path: Path) -> tuple[str, int, int]:
+    """What tells a file from one that was written in its place."""
+    try:
+        facts = path.stat()
+    except OSError:
+        return str(path), 0, 0
+    return str(path), facts.st_mtime_ns, facts.st_size
+
+
+def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
+    names = tuple(bulb.name for bulb in dial.bulbs)
+    if names != transport.groups:
+        raise InvalidInputError(
+            f"the dial has bulbs {', '.join(map(repr, names))}, the transport light groups "
+            f"{', '.join(map(repr, transport.groups))}; record it again"
+        )
+
+
+def _dress(dial: PropertyGroup, session: _Session) -> None:
+    """Give each group the lamp that its bulb names, and its own spectrum back where it names none any more."""
+    from spectral_core.render.relight.mix import LiveMix
+
+    from ...translate.spectra import catalogue
+
+    wanted = [bulb.lamp for bulb in dial.bulbs]
+    if any(before and not now for before, now in zip(session.lamps, wanted, strict=True)):
+        session.live = LiveMix(session.live.transport)
+        session.lamps = [""] * len(wanted)
+    for number, (before, now) in enumerate(zip(session.lamps, wanted, strict=True)):
+        if now and now != before:
+            session.live.set_light(dial.bulbs[number].name, catalogue.named("illuminant", now))
+            session.lamps[number] = now
+
+
+def remember(scene: Scene, transport: Transport) -> None:
+    """Keep a transport that was just recorded and written, instead of reading it back."""
+    from spectral_core.render.relight.mix import LiveMix
+
+    stamp = _stamp(transport_path(scene.spectral.dial))
+    _sessions[scene.session_uid] = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
+
+
+def show(scene: Scene) -> Any:
+    """Relight now, and put the picture into the image "Light Dial"; returns it.
+
+    Raises what ``live_mix`` raises; ``dial.message`` holds the text then.
+    """
+    dial = scene.spectral.dial
+    try:
+        pixels = live_mix(scene).picture(weights_of(dial))
+    except (SpectralError, OSError) as error:
+        dial.message = str(error)
+        raise
+    if dial.message:
+        dial.message = ""
+    return _store(pixels)
+
+
+def _store(pixels: np.ndarray) -> Any:
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.get(PICTURE)
+    if image is None or not image.is_float:
+        image = bpy.data.images.new(PICTURE, width, height, alpha=True, float_buffer=True)
+        image.colorspace_settings.name = "Linear Rec.709"
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    image.pixels.foreach_set(pixels.reshape(-1))
+    image.update()
+    return image
+
+
+def changed(scene: bpy.types.Scene) -> None:
+    """The dial was turned: the picture follows, where something is recorded."""
+    if isinstance(scene, bpy.types.Scene) and scene.spectral.dial.scene_hash:
+        LIVE.request(scene)
+
+
+def _follow(scene: bpy.types.Scene) -> None:
+    with contextlib.suppress(SpectralError, OSError):  # dial.message says it
+        show(scene)
+    redraw_dial()
+
+
+LIVE = Deferred(_follow, delay_seconds=DELAY_SECONDS)
+
+
+def redraw_dial() -> None:
+    """Repaint every area that may show the dial or its picture."""
+    redraw("VIEW_3D", "IMAGE_EDITOR")
+
+
+@bpy.app.handlers.persistent
+def _after_frame(scene: Scene | None, *_rest: object) -> None:
+    """A keyframed selector has moved. During a render this runs beside it, where no image may be written.
+
+    Without a window a transport is not read for it: a command that renders an animation has no use for that.
+    """
+    if scene is None or scene.animation_data is None or bpy.app.is_job_running("RENDER"):
+        return
+    if not bpy.app.background or scene.session_uid in _sessions:
+        changed(scene)
+
+
+@bpy.app.handlers.persistent
+def _after_undo(scene: Scene | None, *_rest: object) -> None:
+    if scene is not None:
+        changed(scene)
+
+
+@bpy.app.handlers.persistent
+def _after_load(*_: object) -> None:
+    """Another file: what was in memory belongs to the old one."""
+    _sessions.clear()
+    LIVE.cancel()
+    if not bpy.app.background:
+        changed(bpy.context.scene)
+
+
+HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_post": _after_undo,
+            "load_post": _after_load}  # fmt: skip
+
+
+def register() -> None:
+    """Follow frames, undo and files."""
+    hooks.listen(Topic.DIAL, lambda properties: changed(properties.id_data))
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    """Follow no more, and give the memory back."""
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)
+    hooks.ignore(Topic.DIAL)
+    _sessions.clear()
+    LIVE.cancel()

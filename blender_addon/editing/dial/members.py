@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which things of a Blender scene shine in which light group, and how their brightness is written back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.types import ID, Node, NodeSocket, NodeTree, Object, PropertyGroup, Scene, bpy_prop_collection
+
+from spectral_core.errors import InvalidInputError
+
+from ... import compat
+
+STRENGTH = {"EMISSION": "Strength", "BACKGROUND": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
+"""Socket that says how brightly a node of a type shines."""
+DIMMER = "Light Dial of "
+"""Begins the name of the node that dims a strength which other nodes make."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """What ``SpectralDialMember`` stores; ``owner``: a lamp's or glowing mesh's Object, or a World."""
+
+    group: str
+    owner: Any
+    slot: int
+    node: str
+    base: float
+
+
+def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
+    """Everything among ``objects`` and the scene's world that shines, by group. ``objects``: originals, no evaluated.
+
+    Raises InvalidInputError for emission within a node group, whose strength cannot be told from outside.
+    """
+    found = []
+    for thing in objects:
+        group = thing.name_full if one_per_light else thing.lightgroup
+        if thing.type == "LIGHT" and thing.data.energy > 0:
+            found.append(Member(group, thing, -1, "", thing.data.energy))
+        elif thing.type in ("MESH", "CURVE", "SURFACE", "FONT", "META"):
+            for number, slot in enumerate(thing.material_slots):
+                found += [Member(group, thing, number, *entry) for entry in _glowing(slot.material)]
+    world = scene.world
+    if world is not None:
+        group = getattr(world, "lightgroup", "") or ("World" if one_per_light else "")
+        found += [Member(group, world, -1, *entry) for entry in _glowing(world)]
+    return found
+
+
+def group_count(scene: Scene, one_per_light: bool) -> int:
+    """How many bulbs a recording would have, quickly, for a panel."""
+    shown = [thing for thing in scene.objects if not thing.hide_render]
+    return len({member.group for member in members_of(scene, shown, one_per_light)})
+
+
+def _glowing(owner: ID) -> list[tuple[str, float]]:
+    """Nodes of a material or world that shine, with their strength; 1 where other nodes make it."""
+    tree = None if owner is None else compat.node_tree(owner)
+    found = []
+    for node in () if tree is None else tree.nodes:
+        socket = _strength_socket(node)
+        if socket is None:
+            continue
+        if socket.is_linked:
+            found.append((node.name, _dimmer_value(tree, node)))
+        elif socket.default_value > 0 and not _is_black(node):
+            found.append((node.name, socket.default_value))
+    return found
+
+
+def _is_black(node: Node) -> bool:
+    color = node.inputs.get("Emission Color") or node.inputs.get("Color")
+    return color is not None and not color.is_linked and not any(color.default_value[:3])
+
+
+def _strength_socket(node: Node) -> NodeSocket | None:
+    name = STRENGTH.get(node.type)
+    return None if name is None else node.inputs.get(name)
+
+
+def _dimmer_value(tree: NodeTree, node: Node) -> float:
+    dimmer = tree.nodes.get(DIMMER + node.name)
+    return 1.0 if dimmer is None else dimmer.inputs[1].default_value
+
+
+def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
+    """Keep members with the bulbs of their groups."""
+    for bulb in bulbs:
+        bulb.members.clear()
+        for member in members:
+            if member.group == bulb.name:
+                kept = bulb.members.add()
+                kept.owner, kept.slot, kept.node, kept.base = member.owner, member.slot, member.node, member.base
+
+
+def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
+    """Write base × weight to everything behind the bulbs; returns how many numbers were written.
+
+    Lamps and materials that a thing outside its group uses too become copies of its own. Nothing is written where
+    InvalidInputError is raised: for what was deleted, is linked from another file, or cannot be told apart.
+    """
+    wanted = [(kept, float(weight)) for bulb, weight in zip(bulbs, weights, strict=True) for kept in bulb.members]
+    for bulb, weight in zip(bulbs, weights, strict=True):
+        if not len(bulb.members) and weight != 1:
+            raise InvalidInputError(
+                f"nothing of this scene is known to shine as {bulb.name!r}: an instance of a light, or emission in a "
+                "node group, cannot be dimmed by itself. Make it real, or give it a light group with the others"
+            )
+    for kept, _ in wanted:
+        _require_writable(kept)
+    _keep_apart(wanted)
+    for kept, weight in wanted:
+        _write(kept, kept.base * weight)
+    return len(wanted)
+
+
+def _require_writable(kept: PropertyGroup) -> None:
+    owner = kept.owner
+    if owner is None:
+        raise InvalidInputError("a light behind the dial was deleted; record the transport again")
+    block = _block(kept)
+    if block is None or (kept.node and kept.node not in compat.node_tree(block).nodes):
+        raise InvalidInputError(f"{owner.name!r} does not shine as it did when it was recorded; record it again")
+    if owner.library is not None or block.library is not None:
+        raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
+
+
+def _block(kept: PropertyGroup) -> ID | None:
+    """Data-block whose number is meant: the lamp, the material in the slot, or the world."""
+    owner = kept.owner
+    if isinstance(owner, bpy.types.World):
+        return owner
+    if kept.slot < 0:
+        return owner.data if owner.type == "LIGHT" else None
+    return owner.material_slots[kept.slot].material if kept.slot < len(owner.material_slots) else None
+
+
+def _keep_apart(wanted: list[tuple[PropertyGroup, float]]) -> None:
+    """Give a thing its own copy of a lamp or material that is dimmed differently elsewhere."""
+    by_thing = {
+        (kept.owner, kept.slot): weight for kept, weight in wanted if not isinstance(kept.owner, bpy.types.World)
+    }
+    for (owner, slot), weight in by_thing.items():
+        others = [key for key in _users(owner, slot) if key != (owner, slot)]
+        if all(by_thing.get(key) == weight for key in others):
+            continue
+        if slot < 0:
+            owner.data = owner.data.copy()
+        else:
+            copied = owner.material_slots[slot].material.copy()
+            owner.material_slots[slot].link = "OBJECT"
+            owner.material_slots[slot].material = copied
+
+
+def _users(owner: ID, slot: int) -> list[tuple[Any, int]]:
+    """All (object, slot) that show the same lamp or material."""
+    if slot < 0:
+        return [(thing, -1) for thing in bpy.data.objects if thing.data == owner.data]
+    material = owner.material_slots[slot].material
+    return [
+        (thing, number)
+        for thing in bpy.data.objects
+        for number, other in enumerate(thing.material_slots)
+        if other.material == material
+    ]
+
+
+def _write(kept: PropertyGroup, value: float) -> None:
+    block = _block(kept)
+    assert block is not None  # _require_writable has seen to it
+    if not kept.node:
+        block.energy = value
+        return
+    tree = compat.node_tree(block)
+    node = tree.nodes[kept.node]
+    socket = _strength_socket(node)
+    assert socket is not None  # _require_writable has seen to it
+    if not socket.is_linked:
+        socket.default_value = value
+        return
+    dimmer = tree.nodes.get(DIMMER + node.name)
+    if dimmer is None:
+        dimmer = tree.nodes.new("ShaderNodeMath")
+        dimmer.operation, dimmer.name, dimmer.label = "MULTIPLY", DIMMER + node.name, "Light Dial"
+        dimmer.location = (node.location[0] - 200, node.location[1] - 120)
+        source = socket.links[0].from_socket
+        tree.links.new(source, dimmer.inputs[0])
+        tree.links.new(dimmer.outputs[0], socket)
+    dimmer.inputs[1].default_value = value

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a change in the palette's panel to a new solution. Panels never solve: they show what was stored."""
+
+import bpy
+
+from ...properties import hooks
+from ...properties.hooks import Topic
+from ...translate.palette.table import fill_references, paused
+from ..deferred import Deferred, redraw
+from .solve import finish_live, forget_solutions, solve_live
+
+DELAY_SECONDS = 0.02
+"""From an edit to its solution; edits in the meantime are solved together."""
+REST_SECONDS = 0.3
+"""Without a further edit the solution is finished: all rounds, and which cells conflict."""
+AREAS = ("VIEW_3D", "PROPERTIES", "NODE_EDITOR")
+
+
+def edited(properties: bpy.types.PropertyGroup) -> None:
+    """Answer a change of the palette: solve again where it is live, else mark its result as old."""
+    palette = properties.id_data.spectral.palette
+    palette.is_stale = True
+    if palette.live:
+        LIVE.request(palette.id_data)
+
+
+def _live_switched(palette: bpy.types.PropertyGroup) -> None:
+    """Solve what changed while Live was off."""
+    if palette.live and palette.is_stale:
+        LIVE.request(palette.id_data)
+
+
+def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
+    """A cell that refers to other cells begins with those that an artist most often means."""
+    with paused():
+        fill_references(cell)
+    hooks.announce(Topic.PALETTE, cell)
+
+
+def _follow(scene: bpy.types.Scene) -> None:
+    solve_live(scene)
+    show()
+
+
+def _finish(scene: bpy.types.Scene) -> None:
+    if finish_live(scene) is not None:
+        show()
+
+
+def show() -> None:
+    """Repaint every area that may show the palette."""
+    redraw(*AREAS)
+
+
+LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST_SECONDS)
+
+
+@bpy.app.handlers.persistent
+def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
+    """Blender stores an undo step before the timer has solved, so a step may hold targets with older results."""
+    if scene is not None and scene.spectral.palette.live and len(scene.spectral.palette.materials):
+        LIVE.request(scene)
+
+
+HANDLERS = ("undo_post", "redo_post")
+LISTENERS = {
+    Topic.PALETTE: edited,
+    Topic.PALETTE_LIVE: _live_switched,
+    Topic.PALETTE_CELL_MODE: _mode_changed,
+}
+
+
+def register() -> None:
+    """Follow edits, and solve again after undo and redo."""
+    for topic, listener in LISTENERS.items():
+        hooks.listen(topic, listener)
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).append(_after_undo)
+
+
+def unregister() -> None:
+    """Follow no more, and forget what waits."""
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).remove(_after_undo)
+    hooks.ignore(*LISTENERS)
+    LIVE.cancel()
+    forget_solutions()

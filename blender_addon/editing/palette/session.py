@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Between two edits of a table: what changed, told to the core's live session so that it solves only that."""
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSolution
+from spectral_core.spectra.spectrum import Spectrum
+
+_sessions: dict[int, Any] = {}
+"""Live session by scene. Not saved: a file that is opened starts a new one."""
+
+TABLE = ("grid", "lights", "reflectances", "cells")
+"""What of a problem is compared entry by entry; every other attribute is a setting and is compared as it is."""
+
+
+def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
+    """The solution after the edit that led to ``problem``, from the last one on; quick, and perhaps not the last word.
+
+    Where lights are designed one round follows each edit; ``solve_palette`` from here on does the rest.
+    """
+    from spectral_core.palette.live.session import PaletteSession
+
+    session = _sessions.pop(scene_uid, None)  # an edit that fails leaves no half-edited session behind
+    if session is None or not _same_table(session.problem, problem):
+        session = PaletteSession(problem)
+    else:
+        changed = _changed_settings(session.problem, problem)
+        cells = _changed_cells(session.problem, problem)
+        if changed:
+            session.change(cells=problem.cells, **changed)
+        elif cells:
+            session.edit_cells(cells)
+    _sessions[scene_uid] = session
+    return session.solution()
+
+
+def forget_sessions() -> None:
+    """Start anew at the next edit."""
+    _sessions.clear()
+
+
+def _same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
+    """Whether rows, columns and what is designed of them are the same, so that a solution of one fits the other."""
+
+    def shape(problem: PaletteProblem) -> tuple:
+        lights = tuple((light.free, len(light.primaries)) for light in problem.lights)
+        return lights, tuple(item.free for item in problem.reflectances)
+
+    return before.grid.same_as(after.grid) and shape(before) == shape(after)
+
+
+def _changed_settings(before: PaletteProblem, after: PaletteProblem) -> dict[str, Any]:
+    settings = [each.name for each in fields(PaletteProblem) if each.name not in TABLE]
+    changed = {name: getattr(after, name) for name in settings if getattr(before, name) != getattr(after, name)}
+    if [_light_key(light) for light in before.lights] != [_light_key(light) for light in after.lights]:
+        changed["lights"] = after.lights
+    if [_item_key(item) for item in before.reflectances] != [_item_key(item) for item in after.reflectances]:
+        changed["reflectances"] = after.reflectances
+    return changed
+
+
+def _changed_cells(before: PaletteProblem, after: PaletteProblem) -> dict[tuple[int, int], Cell]:
+    return {
+        (row, column): cell
+        for row, cells in enumerate(after.cells)
+        for column, cell in enumerate(cells)
+        if _cell_key(before.cells[row][column]) != _cell_key(cell)
+    }
+
+
+def _bytes(values: Any) -> bytes | None:
+    return None if values is None else np.asarray(values, dtype=np.float64).tobytes()
+
+
+def _spectrum_key(spectrum: Spectrum | None) -> tuple | None:
+    if spectrum is None:
+        return None
+    return spectrum.name, _bytes(spectrum.grid.wavelengths_nm), _bytes(spectrum.values)
+
+
+def _light_key(light: PaletteLight) -> tuple:
+    lamps = tuple(_spectrum_key(each) for each in (light.spectrum, *light.primaries, None, *light.variants))
+    return lamps, light.free, _bytes(light.white_xyz), light.luminance
+
+
+def _item_key(item: PaletteReflectance) -> tuple:
+    return item.name, _spectrum_key(item.spectrum)
+
+
+def _cell_key(cell: Cell) -> tuple:
+    return cell.mode, _bytes(cell.target), cell.others, _bytes(cell.box), cell.weight, cell.exact

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solving the palette of a scene: read the properties, solve, write the properties."""
+
+import traceback
+from collections.abc import Callable
+
+from bpy.types import Scene
+
+from spectral_core.errors import SpectralError
+from spectral_core.palette import PaletteProblem, PaletteSolution
+
+from ...translate.palette.problem import palette_problem, takes_seconds
+from ...translate.palette.solution import store_solution
+from ...translate.palette.table import paused
+from .session import forget_sessions, live_solution
+
+_last: dict[int, PaletteSolution] = {}
+"""Last solution by scene, where the next one may start from. Not saved: a file that is opened starts anew."""
+
+
+def solve_scene(scene: Scene) -> PaletteSolution | None:
+    """Solve from the start, whatever it takes; None where the table cannot be solved, and ``message`` says why."""
+    from spectral_core.palette import solve_palette
+
+    return _solve(scene, solve_palette)
+
+
+def solve_live(scene: Scene) -> PaletteSolution | None:
+    """Follow an edit at once: a few milliseconds for the usual table; tables that take seconds wait for the button."""
+    palette = scene.spectral.palette
+    if not len(palette.lights) or not len(palette.materials):
+        return None
+    if takes_seconds(palette):
+        palette.message = "This table takes some seconds to solve: press Solve"
+        return None
+    return _solve(scene, lambda problem: live_solution(scene.session_uid, problem), finished=False)
+
+
+def finish_live(scene: Scene) -> PaletteSolution | None:
+    """What ``solve_live`` leaves out for speed: all rounds, and which cells stand in each other's way."""
+    from spectral_core.palette import solve_palette
+
+    palette = scene.spectral.palette
+    if palette.is_stale or not palette.status:
+        return None
+    # A common brightness is found anew: from a brightened solution it would only ever grow.
+    before = None if palette.scale_lights else _last.get(scene.session_uid)
+    return _solve(scene, lambda problem: solve_palette(problem, warm=before))
+
+
+def _solve(
+    scene: Scene, solve: Callable[[PaletteProblem], PaletteSolution], *, finished: bool = True
+) -> PaletteSolution | None:
+    palette = scene.spectral.palette
+    with paused():
+        try:
+            solution = solve(palette_problem(palette))
+        except SpectralError as error:
+            palette.message = str(error)
+            palette.is_stale = True
+            return None
+        except Exception as error:  # a timer has nobody else to tell it to
+            traceback.print_exc()
+            palette.message = f"the solver stopped on an error of ours ({type(error).__name__}: {error})"
+            palette.is_stale = True
+            return None
+        store_solution(palette, solution, finished=finished)
+        palette.message = ""
+        palette.is_stale = False
+    _last[scene.session_uid] = solution
+    return solution
+
+
+def forget_solutions() -> None:
+    """Start anew at the next edit."""
+    _last.clear()
+    forget_sessions()

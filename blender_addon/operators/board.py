@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Start and stop the mixing board, learn faders, keep bounds in order, save the motion."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import IntProperty, StringProperty
+from bpy.types import Context, Event, PropertyGroup
+from bpy_extras.io_utils import ExportHelper
+
+from spectral_core.errors import InvalidInputError
+
+from ..editing.board import live
+from ..editing.board.paths import full_path, number_at
+from .common import UNDOABLE, reporting
+
+
+def board_in(context: Context) -> PropertyGroup:
+    """The mixing board of the scene that is being looked at."""
+    return context.scene.spectral.board
+
+
+def _require_running() -> live.Session:
+    running = live.session()
+    if running is None:
+        raise InvalidInputError("the mixing board does not run; press Start")
+    return running
+
+
+class SPECTRAL_OT_board_start(bpy.types.Operator):
+    """Listen to the faders"""
+
+    bl_idname = "spectral.board_start"
+    bl_label = "Start Board"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> set[str]:
+        running, missing = live.start(context.scene)
+        board_in(context).status = "; ".join(missing)
+        for text in missing:
+            self.report({"WARNING"}, text)
+        if not running.links:
+            live.stop()
+            self.report({"WARNING"}, "no board could be reached, so nothing runs")
+            return {"CANCELLED"}
+        if running.osc_port is not None:
+            self.report({"INFO"}, f"listening for OSC on port {running.osc_port}")
+        return {"FINISHED"}
+
+
+class SPECTRAL_OT_board_stop(bpy.types.Operator):
+    """Let go of the faders; what they moved is one undo step"""
+
+    bl_idname = "spectral.board_stop"
+    bl_label = "Stop Board"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, _context: Context) -> None:
+        _require_running()
+        live.stop()
+
+
+class SPECTRAL_OT_board_poll(bpy.types.Operator):
+    """Take over what the faders have moved, once; a timer does it while there is a window"""
+
+    bl_idname = "spectral.board_poll"
+    bl_label = "Read Faders"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, _context: Context) -> None:
+        _require_running()
+        live.tick()
+
+
+class SPECTRAL_OT_board_learn(bpy.types.Operator):
+    """The next fader that is moved will move this number"""
+
+    bl_idname = "spectral.board_learn"
+    bl_label = "Learn Fader"
+    bl_options: set[str] = set()
+    target: StringProperty(
+        name="Data Path", description='As Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
+    )
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        return (
+            self.execute(context) or {"FINISHED"}
+            if self.target
+            else context.window_manager.invoke_props_dialog(self, width=500)
+        )
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        number_at(self.target)
+        running = live.session() or live.start(context.scene)[0]
+        if not running.links:
+            live.stop()
+            raise InvalidInputError("no board could be reached; connect one, or switch OSC on")
+        running.board.learn(self.target)
+        self.report({"INFO"}, "move a fader")
+
+
+class SPECTRAL_OT_board_unbind(bpy.types.Operator):
+    """Take the binding away"""
+
+    bl_idname = "spectral.board_unbind"
+    bl_label = "Unbind"
+    bl_options = UNDOABLE
+    index: IntProperty(min=0)
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        settings = board_in(context)
+        if self.index >= len(settings.bindings):
+            raise InvalidInputError(f"there is no binding {self.index}; the board has {len(settings.bindings)}")
+        settings.bindings.remove(self.index)
+        live.rebind(context.scene)
+
+
+class SPECTRAL_OT_board_order(bpy.types.Operator):
+    """From now on the second number never goes below the first: each fader stops at the other"""
+
+    bl_idname = "spectral.board_order"
+    bl_label = "Keep in Order"
+    bl_options = UNDOABLE
+    lower: StringProperty(name="Lower", search=lambda self, context, typed: _targets(context, typed))
+    upper: StringProperty(name="Upper", search=lambda self, context, typed: _targets(context, typed))
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        return context.window_manager.invoke_props_dialog(self, width=500)
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        if number_at(self.lower) == number_at(self.upper):
+            raise InvalidInputError("a number cannot bound itself; name two")
+        order = board_in(context).orders.add()
+        order.lower, order.upper = self.lower, self.upper
+
+
+def _targets(context: Context, typed: str) -> list[str]:
+    return [entry.name for entry in board_in(context).bindings if typed.lower() in entry.name.lower()]
+
+
+class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
+    """Write how the faders have moved since the start, and show how far they moved at once (Eq. 6.2)"""
+
+    bl_idname = "spectral.board_motion"
+    bl_label = "Save Motion"
+    bl_options: set[str] = set()
+    filename_ext = ".json"
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        from spectral_core.explore.board import simultaneity
+
+        recorded = live.recording()
+        recorded.save(Path(bpy.path.abspath(self.filepath)))
+        rows = [" ".join(f"{value:+.2f}" for value in row) for row in simultaneity(recorded)]
+        board_in(context).simultaneity = "\n".join(rows)
+
+
+def draw_menu(self: bpy.types.Menu, context: Context) -> None:
+    """In the menu of every number: right click, Learn Fader."""
+    pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
+    if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:
+        return
+    block = pointer.id_data
+    try:
+        holder = "" if pointer == block else pointer.path_from_id() + "."
+    except ValueError:
+        return  # Blender gives no path to it
+    self.layout.separator()
+    for index in range(known.array_length) if known.is_array else (-1,):
+        axis = "" if index < 0 else f" {index + 1}"
+        learn = self.layout.operator("spectral.board_learn", text=f"Learn Fader{axis}", icon="ARROW_LEFTRIGHT")
+        learn.target = full_path(block, holder + known.identifier, index)
+
+
+CLASSES = (
+    SPECTRAL_OT_board_start, SPECTRAL_OT_board_stop, SPECTRAL_OT_board_poll, SPECTRAL_OT_board_learn,
+    SPECTRAL_OT_board_unbind, SPECTRAL_OT_board_order, SPECTRAL_OT_board_motion,
+)  # fmt: skip
+_register, _unregister = bpy.utils.register_classes_factory(CLASSES)
+
+
+def register() -> None:
+    """Register the operators, and the entry in the menu of numbers."""
+    _register()
+    bpy.types.UI_MT_button_context_menu.append(draw_menu)
+
+
+def unregister() -> None:
+    """Take both away."""
+    bpy.types.UI_MT_button_context_menu.remove(draw_menu)
+    _unregister()

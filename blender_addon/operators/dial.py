@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The light dial without a mouse: reset it, show its picture, write that to files."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, StringProperty
+from bpy.types import Context, PropertyGroup, Scene
+from bpy_extras.io_utils import ExportHelper
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import whole_file
+
+from .. import compat
+from ..editing.dial import live
+from .common import UNDOABLE, reporting
+
+
+def dial_in(context: Context) -> PropertyGroup:
+    """The light dial of the scene that is being looked at."""
+    return context.scene.spectral.dial
+
+
+def reset(dial: PropertyGroup) -> None:
+    """Bulbs on their polygon and on, the selector in the middle, the light as recorded."""
+    from spectral_core.render.relight.dial import bulbs_on_polygon
+
+    count = len(dial.bulbs)
+    places = bulbs_on_polygon(count) if count > 1 else [(0.0, 0.0)]
+    for bulb, place in zip(dial.bulbs, places, strict=True):
+        bulb.place, bulb.is_on = place, True
+    dial.selector = (0.0, 0.0)
+    dial.intensity = float(count)
+
+
+class SPECTRAL_OT_dial_reset(bpy.types.Operator):
+    """Bulbs back on a regular polygon and on, the selector in the middle: the light as it was recorded"""
+
+    bl_idname = "spectral.dial_reset"
+    bl_label = "Reset Dial"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        dial = dial_in(context)
+        if not len(dial.bulbs):
+            raise InvalidInputError("the dial has no bulbs yet; press Record")
+        reset(dial)
+
+
+class SPECTRAL_OT_dial_show(bpy.types.Operator):
+    """Relight now, and show the picture in an image editor"""
+
+    bl_idname = "spectral.dial_show"
+    bl_label = "Show Picture"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        image = live.show(context.scene)
+        screen = context.screen
+        editors = [area for area in screen.areas if area.type == "IMAGE_EDITOR"] if screen else []
+        for area in editors[:1]:
+            area.spaces.active.image = image
+
+
+class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
+    """Write the relit picture to a file; with Animation one for each frame, as the selector is keyframed"""
+
+    bl_idname = "spectral.dial_save"
+    bl_label = "Save Relit Picture"
+    bl_options: set[str] = set()
+    filename_ext = ".png"
+    filter_glob: StringProperty(default="*.png;*.exr", options={"HIDDEN"})
+    animation: BoolProperty(name="Animation", default=False, description="All frames of the scene, numbered")
+    check_extension = None
+
+    @reporting
+    def execute(self, context: Context) -> None:
+
+        scene, path = context.scene, Path(bpy.path.abspath(self.filepath))
+        if path.suffix.lower() not in (".png", ".exr"):
+            raise InvalidInputError(f"{path.name} is neither .png nor .exr")
+        if not self.animation:
+            _write_picture(scene, path)
+            return
+        before = scene.frame_current
+        try:
+            for frame in range(scene.frame_start, scene.frame_end + 1, scene.frame_step):
+                scene.frame_set(frame)
+                _write_picture(scene, path.with_name(f"{path.stem}{frame:04d}{path.suffix}"))
+        finally:
+            scene.frame_set(before)
+
+
+def _write_picture(scene: Scene, path: Path) -> None:
+    """PNG as the scene's view transform shows it, EXR in linear light."""
+    image = live.show(scene)
+    if path.suffix.lower() == ".exr":
+        with whole_file(path) as unfinished:
+            image.file_format = "OPEN_EXR"
+            image.save(filepath=str(unfinished), save_copy=True)
+        return
+    settings = scene.render.image_settings
+    kept = {
+        name: getattr(settings, name) for name in ("media_type", "file_format", "color_mode") if hasattr(settings, name)
+    }
+    try:
+        compat.set_image_format(settings, "PNG", color_mode="RGB")
+        with whole_file(path) as unfinished:
+            image.save_render(str(unfinished), scene=scene)
+    finally:
+        for name, value in kept.items():
+            setattr(settings, name, value)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_dial_reset, SPECTRAL_OT_dial_show, SPECTRAL_OT_dial_save)
+)

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the dial back to the scene: the mixture on the lights themselves, or one light that gives all of it."""
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty
+from bpy.types import Context, PropertyGroup
+
+from spectral_core.errors import InvalidInputError
+
+from ..editing.dial import live
+from ..editing.dial.members import apply_weights
+from ..translate.spectra.stored import store_spectrum
+from .common import UNDOABLE, reporting
+from .dial import dial_in
+
+if TYPE_CHECKING:
+    from spectral_core.render.relight.mix import LiveMix
+    from spectral_core.render.relight.transport import Transport
+    from spectral_core.spectra.spectrum import Illuminant, Spectrum
+
+BAKED = "Dial Light"
+
+
+class SPECTRAL_OT_dial_apply(bpy.types.Operator):
+    """Write the mixture to the powers of lamps, worlds and glowing materials: F12 then gives this picture"""
+
+    bl_idname = "spectral.dial_apply"
+    bl_label = "Apply to Lights"
+    bl_options = UNDOABLE
+    restore: BoolProperty(
+        name="Restore", default=False, description="Write the powers as they were recorded, instead of the mixture"
+    )
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        dial = dial_in(context)
+        if not len(dial.bulbs):
+            raise InvalidInputError("the dial has no bulbs yet; press Record")
+        weights = np.ones(len(dial.bulbs)) if self.restore else live.weights_of(dial)
+        if not weights.any():
+            self.report({"WARNING"}, "all bulbs are off: the lights are dark now. Ctrl Z, or Restore, brings them back")
+        if not self.restore:
+            _require_lamps(dial)
+        count = apply_weights(dial.bulbs, weights)
+        if not self.restore:
+            _apply_lamps(dial)
+        keyed = _animated(dial)
+        if keyed:
+            self.report({"WARNING"}, f"{keyed} is animated: its keyframes may take the mixture back")
+        self.report({"INFO"}, f"{count} powers and strengths written")
+
+
+def _require_lamps(dial: PropertyGroup) -> None:
+    """A lamp that stands in for lights' own spectra must have somewhere to go, before anything is written."""
+    for bulb in dial.bulbs:
+        for kept in bulb.members:
+            if bulb.lamp and kept.slot >= 0:
+                raise InvalidInputError(
+                    f"{kept.owner.name!r} is a glowing object, which cannot be given the lamp {bulb.lamp!r} by itself; "
+                    "give it to its Emission node, or empty the bulb's lamp"
+                )
+
+
+def _apply_lamps(dial: PropertyGroup) -> None:
+    for bulb in dial.bulbs:
+        for kept in bulb.members if bulb.lamp else ():
+            carrier = kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
+            carrier.spectral.source = "CATALOGUE"
+            carrier.spectral.catalogue_name = bulb.lamp
+
+
+def _animated(dial: PropertyGroup) -> str:
+    """Name of the first lamp behind the dial that has keyframes or drivers, "" where none has."""
+    for bulb in dial.bulbs:
+        for kept in bulb.members:
+            block = kept.owner.data if isinstance(kept.owner, bpy.types.Object) else kept.owner
+            animation = block.animation_data
+            if animation is not None and (animation.action is not None or len(animation.drivers)):
+                return block.name
+    return ""
+
+
+class SPECTRAL_OT_dial_bake(bpy.types.Operator):
+    """Make one light with the mixed spectrum, in the place and shape of the strongest lamp of the mixture"""
+
+    bl_idname = "spectral.dial_bake"
+    bl_label = "Bake One Light"
+    bl_options = UNDOABLE
+    hide: BoolProperty(
+        name="Hide the Mixed Lamps", default=False, description="Leave the lamps of the mixture out of renders"
+    )
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        dial = dial_in(context)
+        mixing = live.live_mix(context.scene)
+        weights = live.weights_of(dial)
+        shares = weights * _luminances(mixing)
+        lamps = [_first_lamp(bulb) for bulb in dial.bulbs]
+        strongest = max(range(len(shares)), key=lambda k: (lamps[k] is not None, shares[k]))
+        lamp = lamps[strongest]
+        if lamp is None or not shares[strongest]:
+            raise InvalidInputError(
+                "no lamp takes part in the mixture, so none can be made of it; turn the dial to one"
+            )
+        spectrum = _mixed_spectrum(dial, mixing.transport, shares)
+        made = lamp.owner.copy()
+        made.data = made.data.copy()
+        made.name = made.data.name = BAKED
+        made.lightgroup = ""
+        context.collection.objects.link(made)
+        made.data.color = (1.0, 1.0, 1.0)
+        made.data.energy = lamp.base * weights[strongest] * shares.sum() / shares[strongest]
+        store_spectrum(made.data.spectral, spectrum)
+        if self.hide:
+            for bulb in dial.bulbs:
+                for kept in bulb.members:
+                    if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT":
+                        kept.owner.hide_render = True
+        self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
+
+
+def _first_lamp(bulb: PropertyGroup) -> PropertyGroup | None:
+    for kept in bulb.members:
+        if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT":
+            return kept
+    return None
+
+
+def _luminances(mixing: "LiveMix") -> np.ndarray:
+    """Mean luminance (n,) that each group brings to the recorded picture."""
+    count = len(mixing.transport.groups)
+    from spectral_core.spectra.color import RGB_FROM_XYZ
+
+    luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
+    luminances = [mixing.picture(row)[..., :3].reshape(-1, 3).mean(axis=0) @ luminance for row in np.eye(count)]
+    return np.maximum(luminances, 0.0)
+
+
+def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":
+    """Sum of the lights' spectra, each with the luminance that it brings to the picture."""
+    from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+    from ..translate.spectra import catalogue
+
+    grid = SpectralGrid.uniform(360.0, 830.0, 1.0)
+    total = np.zeros(grid.size)
+    for bulb, light, share in zip(dial.bulbs, transport.lights, shares, strict=True):
+        if share == 0:
+            continue
+        spectrum = catalogue.named("illuminant", bulb.lamp) if bulb.lamp else light
+        if spectrum is None:
+            raise InvalidInputError(
+                f"the lights of {bulb.name!r} have no common spectrum (or they are glowing objects); give the bulb a "
+                "lamp, or record with One per Light"
+            )
+        total += share * _unit(spectrum).at(grid.wavelengths_nm)
+    return Illuminant("dial mixture", grid, total / total.max(), source="mixed on the light dial")
+
+
+def _unit(spectrum: "Spectrum") -> "Illuminant":
+    from spectral_core.spectra.observer import normalized
+    from spectral_core.spectra.spectrum import Illuminant
+
+    return normalized(Illuminant(spectrum.name, spectrum.grid, spectrum.values))
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_dial_apply, SPECTRAL_OT_dial_bake))

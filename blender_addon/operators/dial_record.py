@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Record what each light brings to the picture, or load what was recorded; the dial gets its bulbs."""
+
+import contextlib
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Event, PropertyGroup, Scene
+from bpy_extras.io_utils import ExportHelper, ImportHelper
+
+from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
+
+from .. import jobs
+from ..editing.dial import live
+from ..editing.dial.members import Member, members_of, store_members
+from ..translate.dial import storage_of
+from .common import UNDOABLE, reporting
+from .dial import dial_in, reset
+
+if TYPE_CHECKING:
+    from spectral_core.render import Progress
+    from spectral_core.render.relight.transport import Transport
+    from spectral_core.scene import Scene as SpectralScene
+
+
+@dataclass
+class _Recording:
+    """A transport render: everything it needs of Blender was read before it starts, so a thread may run it."""
+
+    scene: Any
+    storage: Any
+    one_per_light: bool
+    members: list[Member]
+    progress: float = 0.0
+    stop: bool = False
+    transport: Any = None
+    error: Exception | None = None
+    thread: threading.Thread | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(cls, context: Context) -> "_Recording":
+        """Translate the scene and find what shines in it."""
+        dial, scene = dial_in(context), _as_rendered(context)
+        names = {thing.name for thing in (*scene.lights, *scene.instances)}
+        shown = [thing for thing in bpy.data.objects if thing.name_full in names]
+        return cls(scene, storage_of(dial), dial.one_per_light, members_of(context.scene, shown, dial.one_per_light))
+
+    def run(self) -> None:
+        """Render; an error is kept for whoever waits."""
+        from spectral_core.render.relight.transport import record_transport
+
+        try:
+            self.transport = record_transport(
+                self.scene, self.storage, one_per_light=self.one_per_light, render=jobs.render,
+                on_progress=self._note, should_stop=lambda: self.stop,
+            )  # fmt: skip
+        except Exception as error:
+            self.error = error
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the render is under way."""
+        return self.thread is not None and self.thread.is_alive()
+
+    def _note(self, progress: "Progress") -> None:
+        self.progress = progress.samples / progress.total
+
+
+def _as_rendered(context: Context) -> "SpectralScene":
+    """The scene as F12 sees it, which is not what the viewport shows: a render that stops once it is translated."""
+    caught: list[Any] = []
+
+    def catch(scene: "SpectralScene") -> NoReturn:
+        caught.append(scene)
+        raise RenderCancelled("only the scene was asked for")
+
+    render = context.scene.render
+    engine, render.engine = render.engine, "SPECTRAL"
+    try:
+        with jobs.request(jobs.RenderRequest(translated=catch)):
+            bpy.ops.render.render(scene=context.scene.name)
+    except RuntimeError as error:
+        raise InvalidInputError(str(error).strip().removeprefix("Error: ")) from error
+    finally:
+        render.engine = engine
+    if not caught:
+        raise InvalidInputError("Blender did not start the render; is there a camera?")
+    return caught[0]
+
+
+def _keep(context: Context, recording: _Recording) -> str:
+    """Write the file, give the dial its bulbs; a note for the artist. Bulbs that were there keep their places.
+
+    What could not be written stays in memory, to be written elsewhere by Save Transport: it may have taken hours.
+    """
+    from spectral_core.render.relight.transport_file import write_transport
+
+    if recording.error is not None:
+        raise recording.error
+    transport, dial = recording.transport, dial_in(context)
+    path, unsaved = live.transport_path(dial), None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_transport(path, transport, only_over_transports=True)  # the path may come from somebody else's .blend
+    except (SpectralError, OSError) as error:
+        unsaved = error
+    _take(context.scene, transport, recording.members)
+    live.remember(context.scene, transport)
+    with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
+        live.show(context.scene)
+    if unsaved is not None:
+        raise FileWriteError(f"{unsaved}. The recording is in memory: write it elsewhere with Save Transport")
+    if not dial.filepath and not bpy.data.filepath:
+        return "; it is in a temporary folder, so keep it with Save Transport, or save the .blend before recording"
+    return ""
+
+
+def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
+    """Fit the dial to a transport's light groups."""
+    dial = scene.spectral.dial
+    dial.scene_hash = ""  # no picture yet: the bulbs change one by one
+    if tuple(bulb.name for bulb in dial.bulbs) != transport.groups:
+        dial.bulbs.clear()
+        for group in transport.groups:
+            dial.bulbs.add().name = group
+        reset(dial)
+    if transport.storage.kind == "dial":
+        for bulb in dial.bulbs:
+            bulb.lamp = ""
+    store_members(dial.bulbs, members)
+    _color_bulbs(dial, transport)
+    width, height = transport.size
+    dial.facts = f"{width}×{height}, {transport.samples} samples, {transport.storage.kind} storage"
+    dial.message = ""
+    dial.scene_hash = transport.scene_hash
+
+
+def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
+    """Each bulb looks as its light does; white where a group's lights differ."""
+    import numpy as np
+
+    from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
+    from spectral_core.spectra.observer import xyz_of
+
+    for bulb, light in zip(dial.bulbs, transport.lights, strict=True):
+        linear = np.ones(3) if light is None else np.maximum(linear_rgb_from_xyz(xyz_of(light)), 0.0)
+        bulb.color = display_rgb_from_linear(linear / max(float(linear.max()), 1e-9))
+
+
+class SPECTRAL_OT_dial_record(bpy.types.Operator):
+    """Render what each light brings to the picture, so that the light can be decided later. Esc stops it"""
+
+    bl_idname = "spectral.dial_record"
+    bl_label = "Record"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        recording = _Recording.of(context)
+        recording.run()
+        note = _keep(context, recording)
+        self.report({"WARNING" if note else "INFO"}, f"recorded: {dial_in(context).facts}{note}")
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        try:
+            self._recording = _Recording.of(context)
+        except SpectralError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._recording.thread = threading.Thread(target=self._recording.run, daemon=True)
+        self._recording.thread.start()
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(0.1, window=context.window)
+        manager.progress_begin(0, 100)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        if event.type == "ESC":
+            self._recording.stop = True
+        if event.type != "TIMER":
+            return {
+                "RUNNING_MODAL"
+            }  # the scene must not change under the render's feet: its lights are kept at the end
+        context.window_manager.progress_update(100 * self._recording.progress)
+        if self._recording.is_running:
+            return {"RUNNING_MODAL"}
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        return self._finish(context)
+
+    def _finish(self, context: Context) -> set[str]:
+        try:
+            note = _keep(context, self._recording)
+        except RenderCancelled:
+            self.report({"WARNING"}, "stopped; the dial is as it was")
+            return {"CANCELLED"}
+        except (SpectralError, OSError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        live.redraw_dial()
+        if note:
+            self.report({"WARNING"}, f"recorded{note}")
+        return {"FINISHED"}
+
+
+class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
+    """Write the recorded transport to a file of your choice, which the dial then uses"""
+
+    bl_idname = "spectral.dial_keep"
+    bl_label = "Save Transport"
+    bl_options = UNDOABLE
+    filename_ext = ".exr"
+    filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        from spectral_core.render.relight.transport_file import write_transport
+
+        transport = live.live_mix(context.scene).transport
+        write_transport(Path(bpy.path.abspath(self.filepath)), transport)
+        dial_in(context).filepath = self.filepath
+        live.remember(context.scene, transport)
+        self.report({"INFO"}, f"saved {self.filepath}")
+
+
+class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
+    """Use a transport that was recorded before from this very scene, here or by the command line"""
+
+    bl_idname = "spectral.dial_load"
+    bl_label = "Load Transport"
+    bl_options = UNDOABLE
+    filename_ext = ".exr"
+    filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        from spectral_core.render.relight.transport_file import read_transport
+        from spectral_core.scene import scene_hash
+
+        path = bpy.path.abspath(self.filepath)
+        recording, dial = _Recording.of(context), dial_in(context)
+
+        transport = read_transport(Path(path), scene_hash=scene_hash(recording.scene))
+        _require_grouping(transport, recording)
+        dial.filepath = self.filepath
+        _take(context.scene, transport, recording.members)
+        live.remember(context.scene, transport)
+        live.show(context.scene)
+
+
+def _require_grouping(transport: "Transport", recording: _Recording) -> None:
+    known = {member.group for member in recording.members}
+    strange = [group for group in transport.groups if group not in known]
+    if strange:
+        raise InvalidInputError(
+            f"the file has light groups {', '.join(map(repr, transport.groups))}; this scene has "
+            f"{', '.join(map(repr, sorted(known)))}. Was it recorded with One per Light {_other(recording)}?"
+        )
+
+
+def _other(recording: _Recording) -> str:
+    return "off" if recording.one_per_light else "on"
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_dial_record, SPECTRAL_OT_dial_keep, SPECTRAL_OT_dial_load)
+)

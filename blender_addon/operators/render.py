@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The plan of the renderer: make it, take a decision over, give it back."""
+
+from typing import TYPE_CHECKING
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import Context, Event, PropertyGroup
+
+from spectral_core.errors import InvalidInputError
+
+from ..translate.settings import overrides_of
+from .common import UNDOABLE, reporting
+
+if TYPE_CHECKING:
+    from spectral_core.render.plan.effects import EffectPlan
+
+
+def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
+    """Keep the decisions of an EffectPlan so that the panel can show them."""
+    settings.plan.clear()
+    for decision in plan.decisions:
+        line = settings.plan.add()
+        line.name, line.value = decision.name, decision.value
+        line.reason, line.cost = decision.reason, decision.cost_if_left_out
+        line.choices = "|".join(decision.choices)
+        line.is_overridable = decision.overridable
+        line.is_artists = decision.source == "artist"
+
+
+def _make_plan(context: Context) -> None:
+    from spectral_core.render.plan.effects import plan_effects
+
+    from ..translate.scene import translate_scene
+
+    translated = translate_scene(context.evaluated_depsgraph_get())
+    store_plan(context.scene.spectral.render, plan_effects(translated))
+
+
+class SPECTRAL_OT_plan(bpy.types.Operator):
+    """Look through the scene and decide what must be simulated"""
+
+    bl_idname = "spectral.plan"
+    bl_label = "Plan the Render"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        _make_plan(context)
+
+
+class SPECTRAL_OT_plan_override(bpy.types.Operator):
+    """Decide this yourself, whatever the plan says"""
+
+    bl_idname = "spectral.plan_override"
+    bl_label = "Override Decision"
+    bl_options = UNDOABLE
+    effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
+    value: StringProperty(name="Value", description="What to simulate, such as 'spectral', 'off' or '4'")
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        line = context.scene.spectral.render.plan.get(self.effect)
+        if line is not None and line.choices:
+            return self.execute(context)
+        return context.window_manager.invoke_props_dialog(self)
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        settings = context.scene.spectral.render
+        if not self.effect or not self.value:
+            raise InvalidInputError("name the effect and the value to override it with")
+        before = overrides_of(settings)
+        _set_override(settings, self.effect, self.value)
+        try:
+            _make_plan(context)
+        except Exception:
+            _set_override(settings, self.effect, before.get(self.effect))
+            raise
+
+
+def _set_override(settings: PropertyGroup, effect: str, value: str | None) -> None:
+    settings.id_data.update_tag()
+    if effect == "transport":
+        settings.transport = _transport(value)
+        return
+    found = settings.overrides.find(effect)
+    if found >= 0:
+        settings.overrides.remove(found)
+    if value is not None:
+        entry = settings.overrides.add()
+        entry.name, entry.value = effect, value
+
+
+def _transport(value: str | None) -> str:
+    if value not in (None, "rgb", "spectral"):
+        raise InvalidInputError(f"effect 'transport' cannot be {value!r}; choose rgb or spectral")
+    return "AUTO" if value is None else value.upper()
+
+
+class SPECTRAL_OT_plan_release(bpy.types.Operator):
+    """Leave this decision to the plan again"""
+
+    bl_idname = "spectral.plan_release"
+    bl_label = "Leave to the Plan"
+    bl_options = UNDOABLE
+    effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        _set_override(context.scene.spectral.render, self.effect, None)
+        _make_plan(context)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_plan, SPECTRAL_OT_plan_override, SPECTRAL_OT_plan_release)
+)

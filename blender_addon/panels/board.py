@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panel "Mixing Board" in the sidebar of the 3D view."""
+
+import bpy
+from bpy.types import Context, PropertyGroup, UILayout
+
+from ..editing.board import live
+from .parts import wrapped
+
+
+class SPECTRAL_PT_board(bpy.types.Panel):
+    """Faders that move numbers of the file"""
+
+    bl_label = "Mixing Board"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Spectral"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        settings, layout, running = context.scene.spectral.board, self.layout, live.session()
+        row = layout.row()
+        row.scale_y = 1.3
+        if running is None:
+            row.operator("spectral.board_start", icon="PLAY")
+            _draw_connection(layout, settings)
+        else:
+            row.operator("spectral.board_stop", icon="PAUSE", depress=True)
+            layout.label(text=_facts(running), icon="LINKED")
+        if settings.status:
+            wrapped(layout, context, settings.status, icon="INFO")
+        if running is not None and running.board.learning:
+            wrapped(layout, context, f"Move a fader for {running.board.learning}", icon="ARROW_LEFTRIGHT")
+        else:
+            layout.operator("spectral.board_learn", icon="ARROW_LEFTRIGHT").target = ""
+        _draw_bindings(layout, settings)
+        if not len(settings.bindings):
+            wrapped(layout, context, "Right-click any number, choose Learn Fader, and move a fader.", icon="INFO")
+        layout.operator("spectral.board_order", icon="SORT_ASC")
+        layout.operator("spectral.board_motion", icon="FILE_TICK")
+        for line in settings.simultaneity.splitlines():
+            layout.label(text=line)
+
+
+def _facts(running: live.Session) -> str:
+    osc = "" if running.osc_port is None else f"OSC on port {running.osc_port}"
+    midi = "MIDI" if any(hasattr(link, "pump") for link in running.links) else ""
+    return ", ".join(filter(None, (midi, osc, f"{running.board.received} messages")))
+
+
+def _draw_connection(layout: UILayout, settings: PropertyGroup) -> None:
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    column.prop(settings, "use_midi")
+    if settings.use_midi:
+        column.prop(settings, "midi_port")
+    column.prop(settings, "use_osc")
+    if settings.use_osc:
+        column.prop(settings, "osc_host")
+        column.prop(settings, "osc_port")
+        column.prop(settings, "feedback_host")
+        if settings.feedback_host:
+            column.prop(settings, "feedback_port")
+
+
+def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
+    for number, entry in enumerate(settings.bindings):
+        box = layout.box()
+        row = box.row()
+        row.label(text=entry.name.removeprefix("bpy.data."))
+        row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
+        row = box.row(align=True)
+        row.prop(entry, "control", text="")
+        row.prop(entry, "low", text="")
+        row.prop(entry, "high", text="")
+        row.prop(entry, "pick_up", text="", icon="SNAP_ON" if entry.pick_up else "SNAP_OFF")
+    for order in settings.orders:
+        layout.label(text=f"{order.lower.rpartition('.')[2]} ≤ {order.upper.rpartition('.')[2]}", icon="SORT_ASC")
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_board,))

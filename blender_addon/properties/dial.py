@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``scene.spectral.dial``: the light dial of a scene, its bulbs, and what was recorded of the lights behind them."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from .hooks import Topic, announces, offers
+
+STORAGE = [
+    ("DIAL", "Mixtures", "Any mixture of the lights as they are, exact; least memory", 0),
+    ("BANDS31", "31 Bands", "New spectra too, nearly; good for smooth lamps", 1),
+    ("BANDS61", "61 Bands", "New spectra too, nearly; better for lamps with lines", 2),
+    ("BANDS121", "121 Bands", "New spectra too; good for lamps with lines", 3),
+    ("EXACT", "Exact", "Every spectrum that is given each 10 nm, exact; most memory", 4),
+]
+
+
+_changed = announces(Topic.DIAL)
+
+
+class SpectralDialMember(bpy.types.PropertyGroup):
+    """A thing that shines in a bulb's group, and how brightly it did when the transport was recorded."""
+
+    owner: PointerProperty(type=bpy.types.ID)
+    slot: IntProperty(default=-1, description="Material slot of a glowing object; -1 for a lamp or a world")
+    node: StringProperty(description="Node whose strength is meant; empty for a lamp's power")
+    base: FloatProperty(description="Power or strength as recorded")
+
+
+class SpectralDialBulb(bpy.types.PropertyGroup):
+    """A bulb of the dial; ``name`` is its light group."""
+
+    place: FloatVectorProperty(
+        name="Place", size=2, default=(0.0, 1.0), update=_changed, description="Where the bulb stands on the dial"
+    )
+    is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
+    lamp: StringProperty(
+        name="Lamp", search=offers(Topic.LAMP_NAMES), search_options={"SORT", "SUGGESTION"}, update=_changed,
+        description="A measured lamp in place of the lights' own spectrum; empty keeps it. Not for Mixtures storage",
+    )  # fmt: skip
+    color: FloatVectorProperty(
+        name="Color", size=3, subtype="COLOR_GAMMA", default=(1.0, 1.0, 1.0), min=0.0, max=1.0,
+        description="What the light looks like by itself, for the dial",
+    )  # fmt: skip
+    members: CollectionProperty(type=SpectralDialMember)
+
+
+class SpectralLightDial(bpy.types.PropertyGroup):
+    """Selector, bulbs and transport."""
+
+    selector: FloatVectorProperty(
+        name="Selector", size=2, default=(0.0, 0.0), update=_changed, description="Where on the dial the light is taken"
+    )
+    intensity: FloatProperty(
+        name="Intensity", default=1.0, min=0.0, soft_max=10.0, update=_changed,
+        description="Factor on all lights. With all of n bulbs on and the selector in the middle of their polygon, "
+        "n is the light as recorded",
+    )  # fmt: skip
+    bulbs: CollectionProperty(type=SpectralDialBulb)
+    active: IntProperty(name="Bulb", min=0)
+    show: BoolProperty(
+        name="Dial in the View", default=True, description="Draw the dial over the 3D view and the image editor"
+    )
+    storage: EnumProperty(
+        name="Storage", items=STORAGE, default="DIAL", description="What is kept, by what is to be changed later"
+    )
+    one_per_light: BoolProperty(
+        name="One per Light", default=True,
+        description="A bulb for each light, glowing object and the world; otherwise one for each light group",
+    )  # fmt: skip
+    filepath: StringProperty(
+        name="File", subtype="FILE_PATH", description="Where the transport is kept; empty: beside the .blend file"
+    )
+    scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
+    facts: StringProperty(description="What was recorded, for the panel")
+    message: StringProperty(description="What is wrong with the transport; empty where nothing is")
+
+
+CLASSES = (SpectralDialMember, SpectralDialBulb, SpectralLightDial)
+
+
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings that the core knows too, declared once: the panel's property and both translations are made from this."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+
+class Field:
+    """One setting: its property in Blender, and the attribute of the core's dataclass that it states.
+
+    Parameters
+    ----------
+    name
+        Identifier of the property.
+    make
+        What declares it, such as ``bpy.props.FloatProperty``.
+    core
+        Attribute of the core's dataclass; several where one switch stands for them together.
+    options
+        Keyword arguments of ``make``: label, range, default, help.
+    """
+
+    def __init__(self, name: str, make: Callable[..., Any], core: str | tuple[str, ...], /, **options: Any) -> None:
+        self.name = name
+        self.core = (core,) if isinstance(core, str) else core
+        self.options: Mapping[str, Any] = MappingProxyType(options)
+        self._make = make
+
+    def declared(self, update: Callable[[Any, Any], None]) -> Any:
+        """The property, for the body of a PropertyGroup. ``update``: called after each change."""
+        return self._make(update=update, **self.options)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Identifiers of an enumeration; empty for everything else."""
+        return tuple(item[0] for item in self.options.get("items", ()))
+
+
+def by_name(*fields: Field) -> Mapping[str, Field]:
+    """The fields of a group, by the identifiers of their properties."""
+    return MappingProxyType({field.name: field for field in fields})

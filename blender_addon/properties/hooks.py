@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Callbacks of properties: declarations announce a change or ask for names, and ``editing`` answers while it listens.
+
+So declarations need to know nothing of the spectra, solvers and devices behind them.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import Enum, auto
+from typing import Any
+
+
+class Topic(Enum):
+    """What a property announces or asks."""
+
+    PALETTE = auto()
+    PALETTE_LIVE = auto()
+    PALETTE_CELL_MODE = auto()
+    SPECTRUM_SOURCE = auto()
+    SPECTRUM_CHOICE = auto()
+    SPECTRUM_NAMES = auto()
+    SPECTRUM_ENTRIES = auto()
+    LAMP_NAMES = auto()
+    DIAL = auto()
+    BOARD = auto()
+    BOARD_DEVICES = auto()
+
+
+_listeners: dict[Topic, Callable[[Any], Any]] = {}
+_silenced: dict[Topic, int] = {}
+
+
+def listen(topic: Topic, listener: Callable[[Any], Any]) -> None:
+    """Let ``listener`` answer ``topic``; it takes the property group that was changed or that asks."""
+    _listeners[topic] = listener
+
+
+def ignore(*topics: Topic) -> None:
+    """Answer these topics no more."""
+    for topic in topics:
+        _listeners.pop(topic, None)
+
+
+def announce(topic: Topic, properties: Any) -> None:
+    """Tell the listener that ``properties`` have changed, unless the topic is silenced."""
+    if not _silenced.get(topic) and topic in _listeners:
+        _listeners[topic](properties)
+
+
+@contextmanager
+def silenced(topic: Topic) -> Iterator[None]:
+    """Keep a topic quiet: for code that sets many properties and acts once at its end."""
+    _silenced[topic] = _silenced.get(topic, 0) + 1
+    try:
+        yield
+    finally:
+        _silenced[topic] -= 1
+
+
+def announces(topic: Topic) -> Callable[[Any, Any], None]:
+    """Update callback of a property."""
+
+    def changed(properties: Any, _context: Any) -> None:
+        announce(topic, properties)
+
+    return changed
+
+
+def offers(topic: Topic) -> Callable[[Any, Any, str], list[str]]:
+    """Search callback of a text: the names that the listener knows and that contain what was typed."""
+
+    def search(properties: Any, _context: Any, typed: str) -> list[str]:
+        names = _listeners[topic](properties) if topic in _listeners else []
+        return [name for name in names if typed.lower() in name.lower()]
+
+    return search

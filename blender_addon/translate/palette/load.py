@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A palette problem (a preset, a file) laid out in the table, so that solving the table solves that problem."""
+
+import numpy as np
+from bpy.types import PropertyGroup
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import WHITE_XYZ, display_rgb_from_linear
+from spectral_core.spectra.observer import xyz_of
+from spectral_core.spectra.spectrum import Illuminant
+
+from ...properties.palette_cell import WEIGHT_LIMIT
+from ..spectra.stored import store_spectrum
+from .settings import require_storable, store_settings
+from .table import add_lamp, add_light, add_material, clear, paused, set_references
+
+
+def store_problem(palette: PropertyGroup, problem: PaletteProblem) -> list[str]:
+    """Replace the table by ``problem``; returns what it could not hold as it was, in words.
+
+    Raises InvalidInputError, the table unchanged, where the problem asks for what the table has no place for.
+    """
+    require_storable(problem)
+    notes: list[str] = []
+    with paused():
+        clear(palette)
+        store_settings(palette, problem)
+        luminances = [float(xyz_of(light.spectrum)[1]) for light in problem.lights]
+        palette.brightness = luminances[0]
+        for light, luminance in zip(problem.lights, luminances, strict=True):
+            _store_light(palette, light, luminance)
+        for item in problem.reflectances:
+            material = add_material(palette, item.name)
+            material.design = "DESIGNED" if item.free else "MEASURED"
+            if item.spectrum is not None:
+                store_spectrum(material.spectral, item.spectrum)
+        for row, cells in enumerate(problem.cells):
+            for column, cell in enumerate(cells):
+                notes += _store_cell(palette, (row, column), cell)
+    return notes
+
+
+def _store_light(palette: PropertyGroup, light: PaletteLight, luminance: float) -> None:
+    column = add_light(palette, light.name)
+    column.design = "DESIGNED" if light.free else "MEASURED"
+    column.intensity = luminance / palette.brightness
+    _store_lamp(column.spectral, light.spectrum)
+    column.use_primaries = bool(light.primaries)
+    for name, lamps in (("primaries", light.primaries), ("variants", light.variants)):
+        for lamp in lamps:
+            _store_lamp(add_lamp(getattr(column, name), lamp.name).spectral, lamp)
+    column.looks_white = light.white_xyz is not None
+    if light.white_xyz is not None:
+        column.white_xyz = np.asarray(light.white_xyz) / light.white_xyz[1] * WHITE_XYZ[1]
+    column.keeps_luminance = light.luminance is not None
+
+
+def _store_lamp(spectral: PropertyGroup, spectrum: Illuminant) -> None:
+    """By its name where the catalogue has the very same spectrum, else by its values."""
+    if spectrum.name in catalogue.illuminant_names():
+        known = catalogue.illuminant(spectrum.name)
+        if known.grid.same_as(spectrum.grid):
+            ratio = spectrum.values.sum() / known.values.sum()
+            if np.allclose(spectrum.values, ratio * known.values, rtol=1e-9):
+                spectral.source = "CATALOGUE"
+                spectral.catalogue_name = spectrum.name
+                return
+    store_spectrum(spectral, spectrum)
+
+
+def _store_cell(palette: PropertyGroup, place: tuple[int, int], wish: Cell) -> list[str]:
+    material, light = palette.materials[place[0]], palette.lights[place[1]]
+    cell = material.cells[place[1]]
+    cell.mode = wish.mode.upper()
+    if wish.target is not None:
+        cell.target = display_rgb_from_linear(wish.target)
+    set_references(palette, cell, list(wish.others))
+    cell.use_box = wish.box is not None
+    if wish.box is not None:
+        cell.box_low, cell.box_high = (display_rgb_from_linear(end) for end in wish.box)
+    cell.weight = min(wish.weight, WEIGHT_LIMIT)
+    cell.exact = wish.exact
+    if wish.weight > WEIGHT_LIMIT:
+        return [
+            f"{material.name} under {light.name}: weight {wish.weight:g} became {WEIGHT_LIMIT:g}, the most that "
+            "solvers bear; make the cell exact to have it for sure"
+        ]
+    return []

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of the whole table, by their one declaration ``PALETTE_FIELDS``, as the core states them and back."""
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette import PaletteProblem
+from spectral_core.spectra.observer import STANDARD
+from spectral_core.spectra.spectrum import SpectralGrid
+
+from ...properties.palette import PALETTE_FIELDS
+
+PHYSICAL = {"reflectance_bounds": (0.0, 1.0), "light_bounds": (0.0, np.inf)}
+UNBOUNDED = (-np.inf, np.inf)
+Values = dict[str, Any]
+
+
+def settings_of(palette: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Keyword arguments of PaletteProblem. Raises InvalidInputError for wavelengths that run backward."""
+    values = {name: getattr(palette, name) for name in PALETTE_FIELDS}
+    named = {core: name for name, field in PALETTE_FIELDS.items() for core in field.core}
+    return {core: _READ[core](values) if core in _READ else values[name] for core, name in named.items()}
+
+
+def store_settings(palette: bpy.types.PropertyGroup, problem: PaletteProblem) -> None:
+    """Keep the settings of a problem; ``require_storable`` tells beforehand whether the table has a place for them."""
+    for name, field in PALETTE_FIELDS.items():
+        stated = getattr(problem, field.core[0])
+        setattr(palette, name, _STORED[name](stated) if name in _STORED else stated)
+
+
+def require_storable(problem: PaletteProblem) -> None:
+    """Raise InvalidInputError for a setting that the table has no place for."""
+    grid = problem.grid
+    steps = np.diff(grid.wavelengths_nm)
+    if grid.interpolation != "linear" or np.ptp(steps) > 1e-6 * steps[0]:
+        raise InvalidInputError(
+            f"this palette is on {grid} ({grid.interpolation}); the table designs on equal steps, linear between them"
+        )
+    bounds = {name: getattr(problem, name) for name in PHYSICAL}
+    if bounds != PHYSICAL and any(ends != UNBOUNDED for ends in bounds.values()):
+        raise InvalidInputError(
+            f"this palette bounds reflectances by {problem.reflectance_bounds} and lights by {problem.light_bounds}; "
+            "the table knows physical spectra, or no bounds at all"
+        )
+    if problem.subspace is not None:
+        raise InvalidInputError(
+            "this palette has a subspace criterion, which the table has no place for; use the library"
+        )
+
+
+def _grid(values: Values) -> SpectralGrid:
+    """The wavelengths that spectra are designed at."""
+    first, last = values["grid_start"], values["grid_stop"]
+    if last <= first:
+        raise InvalidInputError(f"the wavelengths run from {first:g} to {last:g} nm; the second must be larger")
+    return SpectralGrid(np.linspace(first, last, values["grid_samples"]))
+
+
+def _observers(values: Values) -> tuple[str, ...]:
+    """The standard observer always first: its colors are the targets."""
+    return (STANDARD, *sorted(values["observers"] - {STANDARD}))
+
+
+def _bounds(core: str) -> Callable[[Values], tuple[float, float]]:
+    return lambda values: UNBOUNDED if values["allow_negative"] else PHYSICAL[core]
+
+
+_READ: dict[str, Callable[[Values], Any]] = {
+    "grid": _grid,
+    "observers": _observers,
+    **{core: _bounds(core) for core in PHYSICAL},
+}
+"""What an attribute of the core is read by, where its value is not the property's own."""
+_STORED: dict[str, Callable[[Any], Any]] = {
+    "grid_start": lambda grid: grid.wavelengths_nm[0],
+    "grid_stop": lambda grid: grid.wavelengths_nm[-1],
+    "grid_samples": lambda grid: grid.size,
+    "observers": set,
+    "allow_negative": lambda bounds: bounds[0] < 0,
+}
+"""What a property is stored by, where its value is not the core's own."""

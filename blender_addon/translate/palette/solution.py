@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the core's solution of a palette to the properties that panels show."""
+
+import numpy as np
+from bpy.types import PropertyGroup
+
+from spectral_core.palette import PaletteSolution
+from spectral_core.spectra.color import display_rgb_from_linear
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
+
+from ...properties.palette_cell import NO_ERROR
+from ..spectra.stored import store_spectrum
+from .table import places
+
+
+def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finished: bool = True) -> None:
+    """Write spectra, colors, errors and status of a solution into the properties that panels show.
+
+    ``finished``: whether conflicts were looked for; if not, those that are shown stay while wishes are missed.
+    """
+    for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
+        _store_result(light.result, spectrum, Illuminant)
+    for material, spectrum in zip(palette.materials, solution.reflectances, strict=True):
+        _store_result(material.result, spectrum, Reflectance)
+    for light, amounts in zip(palette.lights, solution.amounts, strict=True):
+        for lamp, amount in zip(light.primaries, () if amounts is None else amounts, strict=False):
+            lamp.amount = amount
+    for (row, column), cell in places(palette):
+        error = solution.delta_e_2000[row, column]
+        wanted = solution.target_linear_rgb[row, column]
+        cell.actual_linear = solution.actual_linear_rgb[row, column]
+        cell.wanted_linear = wanted if np.isfinite(wanted).all() else cell.actual_linear
+        cell.actual_display = display_rgb_from_linear(cell.actual_linear)
+        cell.wanted_display = display_rgb_from_linear(cell.wanted_linear)
+        cell.delta_e = error if np.isfinite(error) else NO_ERROR
+        cell.has_result = True
+    palette.status, palette.remedy = str(solution.status), solution.remedy
+    palette.notes = "\n".join(solution.notes)
+    palette.worst_delta_e = solution.max_delta_e_2000
+    palette.light_scale = solution.light_scale
+    palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
+    if finished or palette.status == "solved":
+        _store_conflicts(palette, solution)
+
+
+def _store_conflicts(palette: PropertyGroup, solution: PaletteSolution) -> None:
+    palette.conflicts.clear()
+    for conflict in solution.conflicts:
+        entry = palette.conflicts.add()
+        row, column = conflict.cell
+        entry.material_uid, entry.light_uid = palette.materials[row].uid, palette.lights[column].uid
+        entry.text = conflict.text
+        if conflict.relieved_by:
+            row, column = conflict.relieved_by[0]
+            entry.relief_material_uid, entry.relief_light_uid = palette.materials[row].uid, palette.lights[column].uid
+
+
+def _store_result(result: PropertyGroup, spectrum: Spectrum, kind: type) -> None:
+    """Spectra outside of physics (asked for by "Unphysical Spectra") are kept for the curves, and not as a spectrum."""
+    store_spectrum(result, spectrum, physical=isinstance(spectrum, kind))

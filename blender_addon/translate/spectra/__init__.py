@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spectra that materials, lights, worlds and nodes carry, as properties/spectrum.py stores them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.spectrum import Spectrum
+
+from ..context import Translation
+from . import stored
+
+
+def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
+    """Spectrum of ``owner``, None where its color is meant; where it cannot be used, a Note says so."""
+    if getattr(owner, "spectral", None) is None or owner.spectral.source == "NONE":
+        return None
+    try:
+        spectrum = stored.spectrum_of(owner)
+    except InvalidInputError as error:
+        translation.note(owner.name, f"{error}; its color is used instead")
+        return None
+    return spectrum
+
+
+def strength_of(owner: Any) -> float:
+    """Factor on the power of a light or world of that spectrum."""
+    return float(stored.strength_of(owner))

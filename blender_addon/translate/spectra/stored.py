@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spectra as the properties keep them, and as the core states them."""
+
+import bpy
+import numpy as np
+from bpy.types import ID, Node, PropertyGroup
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+
+from ...properties import hooks
+from ...properties.spectrum import tag
+from . import catalogue
+
+OWNERS = (bpy.types.Material, bpy.types.Light, bpy.types.World)
+EMITTING_NODES = ("ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeBlackbody")
+
+
+def owner_of(spectral: PropertyGroup) -> ID | Node | PropertyGroup:
+    """The material, light, world, node or palette entry whose ``spectral`` this is."""
+    if isinstance(spectral.id_data, bpy.types.NodeTree):  # Blender gives no path to what a node carries
+        return next(node for node in spectral.id_data.nodes if getattr(node, "spectral", None) == spectral)
+    holder, _, _ = spectral.path_from_id().rpartition(".")
+    return spectral.id_data.path_resolve(holder) if holder else spectral.id_data
+
+
+def kind_of(owner: ID) -> str:
+    """``"illuminant"`` for what emits, ``"reflectance"`` for what reflects or lets through."""
+    declared = getattr(type(owner), "SPECTRUM_KIND", None)
+    if declared:
+        return declared
+    emits = isinstance(owner, (bpy.types.Light, bpy.types.World)) or (
+        isinstance(owner, bpy.types.Node) and owner.bl_idname in EMITTING_NODES
+    )
+    return "illuminant" if emits else "reflectance"
+
+
+def kind_in(spectral: PropertyGroup) -> str:
+    """kind_of() of the owner, without asking Blender for the path to it, which takes milliseconds on a scene."""
+    if spectral.kind != "OWNER":
+        return spectral.kind.lower()
+    block = spectral.id_data
+    return kind_of(block if isinstance(block, OWNERS) else owner_of(spectral))
+
+
+def spectrum_of(owner: ID, attribute: str = "spectral") -> Spectrum | None:
+    """The Illuminant or Reflectance that ``owner`` carries, None where its color is meant.
+
+    ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
+    color of the surface, on a node for that node's color; the node's comes before the material's. An illuminant is
+    relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored.
+    Raises InvalidInputError where a spectrum is asked for and none could be read; the message is fit to be shown.
+    """
+    spectral = getattr(owner, attribute, None)
+    if spectral is None or spectral.source == "NONE":
+        return None
+    if not len(spectral.samples):
+        raise InvalidInputError(f"the spectrum of {owner.name!r} is empty: {spectral.message or 'nothing is chosen'}")
+    return _stored(spectral, kind_in(spectral), owner.name)
+
+
+def carried_spectrum(owner: ID | Node | PropertyGroup, attribute: str = "spectral") -> Spectrum:
+    """The spectrum that ``owner`` carries. Raises InvalidInputError where it carries none."""
+    spectrum = spectrum_of(owner, attribute)
+    if spectrum is None:
+        raise InvalidInputError(f"{owner.name!r} has no spectrum yet")
+    return spectrum
+
+
+def strength_of(owner: ID) -> float:
+    """What the power of ``owner`` is multiplied by, once its spectrum is normalized to the luminance of white.
+
+    1 but for designed lights: a design may ask for one light that is brighter than another.
+    """
+    spectral = getattr(owner, "spectral", None)
+    return 1.0 if spectral is None or spectral.source == "NONE" else spectral.strength
+
+
+def stored_samples(spectral: PropertyGroup) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (n,) in nm and values (n,) as they are stored; both empty where nothing is."""
+    columns = np.empty((2, len(spectral.samples)), dtype=np.float32)
+    spectral.samples.foreach_get("wavelength_nm", columns[0])
+    spectral.samples.foreach_get("value", columns[1])
+    wavelengths, values = columns.astype(np.float64)
+    return wavelengths, values
+
+
+def _stored(spectral: PropertyGroup, kind: str, fallback_name: str) -> Spectrum:
+    wavelengths, values = stored_samples(spectral)
+    grid = SpectralGrid(wavelengths, spectral.interpolation.lower())
+    return catalogue.KINDS[kind](spectral.spectrum_name or fallback_name, grid, values, source=spectral.origin)
+
+
+def store_spectrum(
+    spectral: PropertyGroup,
+    spectrum: Spectrum,
+    source: str = "DESIGNED",
+    *,
+    strength: float = 1.0,
+    physical: bool = True,
+) -> None:
+    """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES.
+
+    Raises InvalidInputError where it is not what its owner can have, a reflectance in [0, 1] or a light of no negative
+    power, unless ``physical`` is False: then it is kept to be drawn, and reading it with spectrum_of() raises.
+    """
+    expected = catalogue.KINDS[kind_in(spectral)]
+    if physical and type(spectrum) is not expected:
+        spectrum = expected(spectrum.name, spectrum.grid, spectrum.values, source=spectrum.source)
+    write_samples(spectral, spectrum)
+    with hooks.silenced(hooks.Topic.SPECTRUM_SOURCE):
+        spectral.source = source
+    spectral.strength = strength
+    spectral.message = ""
+
+
+def write_samples(spectral: PropertyGroup, spectrum: Spectrum) -> None:
+    """Keep the values of a spectrum, its name and its origin."""
+    if len(spectral.samples) != spectrum.grid.size:
+        spectral.samples.clear()
+        for _ in range(spectrum.grid.size):
+            spectral.samples.add()
+    spectral.samples.foreach_set("wavelength_nm", spectrum.grid.wavelengths_nm.astype(np.float32))
+    spectral.samples.foreach_set("value", spectrum.values.astype(np.float32))
+    spectral.interpolation = spectrum.grid.interpolation.upper()
+    spectral.spectrum_name = spectrum.name
+    spectral.origin = spectrum.source
+    tag(spectral)

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Child processes that import what their parent would, and nothing of the folder that they happen to start in.
+
+``python -c`` and ``python -m`` put the current folder first on the module path, and a user's site folder comes before
+installed packages. A ``json.py`` beside a downloaded .blend would be executed. A child therefore starts from a file
+(``bootstrap.py``), without the current folder (``-P``) and the user's site (``-s``), and gets its path from here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import site
+import sys
+from pathlib import Path
+
+PATH_VARIABLE = "SPECTRAL_SCENE_SYS_PATH"
+_BOOTSTRAP = Path(__file__).with_name("bootstrap.py")
+_ROOT = Path(__file__).resolve().parents[2]
+ISOLATED = ("-P", "-s")
+"""Interpreter options: no folder of the script or of the caller on the path, and no user's site."""
+
+
+def command(python: str, module: str, *arguments: str) -> list[str]:
+    """Command line that runs ``module`` as ``python -m`` would, isolated. To be started with ``environment()``."""
+    return [python, *ISOLATED, str(_BOOTSTRAP), module, *arguments]
+
+
+def environment() -> dict[str, str]:
+    """This process's environment with the module path for a child, and without PYTHONPATH."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONSTARTUP")}
+    return {**kept, PATH_VARIABLE: json.dumps(trusted_path())}
+
+
+def trusted_path() -> list[str]:
+    """``sys.path`` without the current folder, relative entries and the user's site.
+
+    Where this package was itself imported from one of those, its folder comes last: what lies beside the package must
+    not hide what is installed.
+    """
+    here = os.path.realpath(os.curdir)
+    user_site = os.path.realpath(site.getusersitepackages()) if site.ENABLE_USER_SITE is not None else ""
+    installed = tuple(os.path.realpath(prefix) + os.sep for prefix in {sys.prefix, sys.base_prefix, sys.exec_prefix})
+
+    def is_trusted(entry: str) -> bool:
+        if not Path(entry).is_absolute():
+            return False
+        real = os.path.realpath(entry)
+        if real == user_site:
+            return False
+        return real != here or (real + os.sep).startswith(installed)
+
+    return list(dict.fromkeys([*filter(is_trusted, sys.path), str(_ROOT)]))

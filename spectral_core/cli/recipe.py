@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recipes for spectra that can be made: drive levels of an LED lamp, amounts of paints, inks or filters.
+
+`recipe lamp CHANNELS.csv --cct 4000` prints the drive level of each channel for a white of that temperature.
+`recipe paints PAINTS.csv --target dark_skin.csv` prints the grams of each paint for a wanted reflectance; `inks` and
+`filters` likewise. A target is a reflectance of the catalog, FILE or FILE:NAME.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.add_argument("kind", choices=["lamp", "paints", "inks", "filters"], help="what is mixed")
+    parser.add_argument("spectra", type=Path, help="file with one spectrum per channel, paint, ink or filter")
+    parser.add_argument("--most", type=int, metavar="N", help="channels or colorants in the recipe at most")
+    parser.add_argument("--cct", type=float, metavar="K", help="lamp: color temperature in kelvin")
+    parser.add_argument("--duv", type=float, default=0.0, help="lamp: distance from Planck's locus (0)")
+    parser.add_argument("--cri", type=float, default=80.0, help="lamp: least color rendering index Ra (80)")
+    parser.add_argument("--target", metavar="NAME", help="material: the wanted reflectance")
+    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="material: lights (D65 and A)")
+    parser.add_argument("--paper", metavar="NAME", help="inks and filters: reflectance underneath (perfect white)")
+    parser.add_argument("--dot-gain", type=float, default=2.0, metavar="N", help="inks: n of Yule and Nielsen (2)")
+    parser.add_argument("--grams", type=float, default=100.0, help="paints: grams of the mixture (100)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Find and print the recipe. Exits with 1 where the lamp misses what was asked for."""
+    return _lamp(arguments) if arguments.kind == "lamp" else _material(arguments)
+
+
+def _lamp(arguments: argparse.Namespace) -> int:
+    from spectral_core.palette.recipe.lamp import lamp_recipe
+
+    if arguments.cct is None:
+        raise InvalidInputError("a lamp needs --cct, the color temperature in kelvin")
+    recipe = lamp_recipe(
+        [_illuminant(spectrum) for spectrum in _read(arguments.spectra)], arguments.cct, duv=arguments.duv,
+        rendering_index=arguments.cri, most_channels=arguments.most,
+    )  # fmt: skip
+    print(recipe.text())
+    if not recipe.met:
+        print(f"Ra {arguments.cri:g} cannot be reached with these channels; this is the highest. Add or free channels.")
+    if arguments.json:
+        figures = {
+            "drives": dict(zip(recipe.names, recipe.drives.tolist(), strict=True)), "cct_k": recipe.cct_k,
+            "duv": recipe.duv, "rendering_index": recipe.rendering_index, "met": recipe.met,
+            "efficacy_lm_per_w": recipe.efficacy_lm_per_w, "dosage_delta_uv": recipe.dosage_delta_uv,
+        }  # fmt: skip
+        print(json.dumps(figures))
+    return 0 if recipe.met else 1
+
+
+def _material(arguments: argparse.Namespace) -> int:
+    from spectral_core.palette.recipe.material import Colorants, material_recipe
+    from spectral_core.spectra.catalogue import illuminant
+
+    if arguments.target is None:
+        raise InvalidInputError("a recipe of a material needs --target, the wanted reflectance")
+    spectra = _read(arguments.spectra)
+    grid = spectra[0].grid
+    values = np.stack([spectrum.at(grid.wavelengths_nm) for spectrum in spectra])
+    paper = None if arguments.paper is None else _reflectance(arguments.paper).at(grid.wavelengths_nm)
+    colorants = Colorants(
+        arguments.kind, tuple(spectrum.name for spectrum in spectra), grid, values, paper=paper,
+        dot_gain_n=arguments.dot_gain,
+    )  # fmt: skip
+    lights = [illuminant(name) for name in arguments.light or ("D65", "A")]
+    recipe = material_recipe(colorants, _reflectance(arguments.target), lights, most_colorants=arguments.most or 4)
+    print(recipe.text(arguments.grams))
+    if arguments.json:
+        figures: dict[str, Any] = {
+            "amounts": dict(zip(colorants.names, recipe.amounts.tolist(), strict=True)), "unit": recipe.unit,
+            "delta_e": dict(zip(recipe.lights, recipe.delta_e.tolist(), strict=True)),
+            "observer_delta_e": recipe.observer_delta_e.tolist(), "metamerism_index": recipe.metamerism_index,
+            "dosage_delta_e": recipe.dosage_delta_e.tolist(),
+        }  # fmt: skip
+        print(json.dumps(figures))
+    return 0
+
+
+def _read(path: Path) -> list[Spectrum]:
+    from spectral_core.spectra.files import read_spectra
+
+    if not path.is_file():
+        raise InvalidInputError(f"there is no file {path}; give a file of spectra such as examples/leds.csv")
+    return list(read_spectra(path))
+
+
+def _illuminant(spectrum: Spectrum) -> Illuminant:
+    from spectral_core.spectra.spectrum import Illuminant
+
+    return Illuminant(spectrum.name, spectrum.grid, spectrum.values)
+
+
+def _reflectance(name: str) -> Reflectance:
+    """A reflectance of the catalog, or FILE, or FILE:NAME."""
+    from spectral_core.spectra import catalogue
+    from spectral_core.spectra.spectrum import Reflectance
+
+    file, _, wanted = name.partition(":")
+    if not Path(file).is_file():
+        return catalogue.reflectance(name)
+    found = [spectrum for spectrum in _read(Path(file)) if not wanted or spectrum.name == wanted]
+    if len(found) != 1:
+        raise InvalidInputError(f"{file} holds {len(found)} spectra that fit {name!r}; name one as FILE:NAME")
+    return Reflectance(found[0].name, found[0].grid, found[0].values)

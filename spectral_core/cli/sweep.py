@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run, resume or extend a sweep: many settings of a scene, a palette, a volume, a function or a program.
+
+Run again, it computes only what is missing. A larger --budget adds points, a smaller region reuses those inside.
+``spectral-scene explore FOLDER`` opens the result.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+import time
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import InvalidInputError, MissingDependencyError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of ``spectral-scene sweep``."""
+    parser.add_argument("sweep", type=Path, metavar="SWEEP.toml", help="what is swept, and where; see examples/sweeps")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="the store; default: the file's name and .cdb, here")
+    parser.add_argument(
+        "--budget", type=int, metavar="M", help="exactly this many points, instead of the file's number"
+    )
+    parser.add_argument("--plan", action="store_true", help="say what would be computed, and stop")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")
+    parser.add_argument("--retry", action="store_true", help="try points again that were set aside")
+    elsewhere = parser.add_mutually_exclusive_group()
+    elsewhere.add_argument("--dask", metavar="tcp://HOST:PORT", help="compute on a running dask cluster")
+    elsewhere.add_argument(
+        "--shell", type=int, metavar="K", help="print K commands, for an array job, that share the points"
+    )
+    elsewhere.add_argument("--share", metavar="I/K", help="compute share I of K, as --shell prints it")
+    elsewhere.add_argument("--collect", action="store_true", help="only take in what shares computed")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Open or make the store, plan, run, report."""
+    from spectral_core.explore.sweep.document import read_sweep
+    from spectral_core.explore.sweep.sweep import Sweep
+
+    if arguments.workers < 1:
+        raise InvalidInputError(f"--workers is {arguments.workers}; expected 1 or more")
+    folder = arguments.out or Path(arguments.sweep.stem + ".cdb")
+    document = read_sweep(arguments.sweep)
+    sweep = Sweep(document, folder)
+    if arguments.share is not None:
+        return _share(arguments, sweep)
+    sweep.store.recover()
+    if arguments.retry:
+        print(f"{sweep.store.ledger.retry_failed()} points that were set aside are tried again")
+    plan = sweep.plan(arguments.budget)
+    for line in plan.lines:
+        print(line)
+    result: dict[str, Any] = {
+        "folder": str(sweep.store.folder),
+        "points": len(plan.keys),
+        "new": plan.new,
+        "reused": plan.reused,
+    }
+    if arguments.shell is not None:
+        _print_shell(arguments, folder)
+    elif arguments.collect:
+        sweep.store.write_table()
+    elif not arguments.plan:
+        result |= _run(arguments, sweep, plan)
+    if arguments.json:
+        print(json.dumps(result))
+    return 0 if not result.get("failed") and not result.get("cancelled") else 1
+
+
+def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]:
+    executor, flying = _dask(arguments.dask) if arguments.dask else (None, None)
+    last = 0.0
+
+    def show(progress: Any) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last > 1.0 or progress.done + progress.failed == progress.total:
+            last = now
+            left = "" if progress.seconds_left is None else f", about {progress.seconds_left:.0f} s left"
+            failed = f", {progress.failed} set aside" if progress.failed else ""
+            print(f"{progress.done} of {progress.total}{failed}{left}", file=sys.stderr)
+
+    report = sweep.run(plan, executor=executor, workers=arguments.workers, in_flight=flying, on_progress=show)
+    print(f"{report.computed} computed in {report.seconds:.1f} s, {report.reused} reused, {report.recovered} recovered")
+    for reason, count in report.reasons():
+        print(f"{count} set aside: {reason}")
+    print(f"table: {sweep.store.folder / 'data.csv'}")
+    return {
+        "computed": report.computed, "recovered": report.recovered, "seconds": round(report.seconds, 3),
+        "computing_seconds": round(report.computing_seconds, 3), "failed": len(report.failures),
+        "failures": report.failures, "cancelled": report.cancelled,
+    }  # fmt: skip
+
+
+def _dask(address: str) -> tuple[Executor, int]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingDependencyError.package("distributed", "computing on a dask cluster", "dask") from error
+    try:
+        client = Client(address, timeout=20)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InvalidInputError(f"no dask scheduler answers at {address}: {error}") from error
+    threads = sum(client.nthreads().values()) or 1
+    return client.get_executor(pure=False), 2 * threads
+
+
+def _print_shell(arguments: argparse.Namespace, folder: Path) -> None:
+    """Commands for any scheduler: each computes its share, then one collects."""
+    if arguments.shell < 1:
+        raise InvalidInputError(f"--shell is {arguments.shell}; expected 1 or more commands")
+    own = [sys.executable, "-m", "spectral_core.cli", "sweep", str(arguments.sweep), "--out", str(folder)]
+    for number in range(1, arguments.shell + 1):
+        print(shlex.join([*own, "--share", f"{number}/{arguments.shell}"]))
+    print(shlex.join([*own, "--collect"]))
+
+
+def _share(arguments: argparse.Namespace, sweep: Any) -> int:
+    """Compute a share of the pending points in this process; a point that fails is left for the driver's list."""
+    from spectral_core.explore.sweep.task import compute_point
+
+    try:
+        number, count = (int(word) for word in arguments.share.split("/"))
+    except ValueError:
+        number, count = 0, 0
+    if not 1 <= number <= count:
+        raise InvalidInputError(f"--share is {arguments.share!r}; expected I/K with I from 1 to K")
+    store, failed = sweep.store, 0
+    pending = store.ledger.rows("pending")[number - 1 :: count]
+    for row in pending:
+        try:
+            compute_point(sweep.node, row.parameters, store.project.seed, row.key, store.address())
+        except Exception as error:
+            failed += 1
+            print(f"{row.key}: {type(error).__name__}: {error}", file=sys.stderr)
+    print(f"{len(pending) - failed} points computed, {failed} failed")
+    if arguments.json:
+        print(json.dumps({"computed": len(pending) - failed, "failed": failed}))
+    return 1 if failed else 0

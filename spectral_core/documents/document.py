@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A document from a file and into one: TOML by the ending ``.toml``, JSON by ``.json``."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from spectral_core.documents.toml import toml_text
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.files.guarded import MOST_TOML_BYTES, read_text, reading, require_shallow
+from spectral_core.files.whole import write_text
+
+Document = dict[str, Any]
+Decoded = TypeVar("Decoded")
+
+MOST_KEY_PARTS = 16
+"""Of a dotted TOML key, whose reader takes the square of their number."""
+
+
+def read_document(path: str | Path, decode: Callable[[Any, Path], Decoded], what: str) -> Decoded:
+    """Read a document and make of it what ``decode`` says.
+
+    Parameters
+    ----------
+    path : a ``.toml`` or ``.json`` file; of another ending, JSON where the text starts with ``{``.
+    decode : takes the document and the folder in which its spectrum files are sought.
+    what : what is expected, for messages, such as ``"a palette"``.
+
+    Raises
+    ------
+    FileFormatError
+        Whatever is wrong, with the file, and the line or the place in the document.
+    """
+    file = Path(path)
+    with reading(file, what):
+        return decode_document(file, decode, _parsed(file, what))
+
+
+def decode_document(file: Path, decode: Callable[[Any, Path], Decoded], document: Any) -> Decoded:
+    """What ``decode`` makes of a document; its errors name the file."""
+    try:
+        return decode(document, file.parent)
+    except FileFormatError as error:
+        if str(error).startswith(str(file.parent)):  # of a spectrum file that the document names
+            raise
+        raise FileFormatError(f"{file}: {error}") from error
+    except InvalidInputError as error:
+        raise FileFormatError(f"{file}: {error}") from error
+
+
+def _parsed(file: Path, what: str) -> Any:
+    text = read_text(file)
+    suffix = file.suffix.lower()
+    as_json = suffix == ".json" or (suffix != ".toml" and text.lstrip().startswith("{"))
+    require_shallow(text, file)
+    try:
+        if as_json:
+            return json.loads(text)
+        _require_readable_toml(text, file)
+        return tomllib.loads(text)
+    except ValueError as error:  # also of an integer with over 4300 digits
+        raise FileFormatError(f"{file}: {error}; expected {what} in {'JSON' if as_json else 'TOML'}") from error
+
+
+def _require_readable_toml(text: str, file: Path) -> None:
+    if len(text) > MOST_TOML_BYTES:
+        raise FileFormatError(
+            f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the most that is read of TOML; write it as JSON"
+        )
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.count(".") > MOST_KEY_PARTS and line.partition("=")[0].count(".") > MOST_KEY_PARTS:
+            raise FileFormatError(f"{file}, line {number}: a key has over {MOST_KEY_PARTS} dots; expected a plain name")
+
+
+def write_document(
+    path: str | Path, document: Document, *, comment: str = "", what: str = "documents", indent: int | None = 1
+) -> None:
+    """Write a document as TOML or JSON, by the ending; whole or not at all.
+
+    Parameters
+    ----------
+    path : ends in ``.toml`` or ``.json``.
+    document : strings, finite numbers, lists and tables.
+    comment : lines for people on top of a TOML file.
+    what : what is written, for messages.
+    indent : blanks per level of JSON; None for one line.
+
+    Raises
+    ------
+    InvalidInputError
+        Another ending.
+    FileWriteError
+        The disk is full, or the folder is absent or closed to this user.
+    """
+    write_text(path, document_text(document, Path(path), comment=comment, what=what, indent=indent))
+
+
+def document_text(
+    document: Document, path: Path, *, comment: str = "", what: str = "documents", indent: int | None = 1
+) -> str:
+    """The text of a document in the format that the ending of ``path`` names. Raises InvalidInputError."""
+    suffix = path.suffix.lower()
+    if suffix == ".json":
+        return json.dumps(document, indent=indent, allow_nan=False) + "\n"
+    if suffix == ".toml":
+        remark = "".join(f"# {line}".rstrip() + "\n" for line in comment.splitlines())
+        return (remark + "\n" if remark else "") + toml_text(document)
+    raise InvalidInputError(f"cannot tell the format of {path.name!r}; name {what} .toml or .json")

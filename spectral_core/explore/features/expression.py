@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Expressions over columns (R4), such as ``10 * log10(mse)`` or ``where(delta_e < 1, "good", "visible")``.
+
+Text is parsed to a syntax tree of which only arithmetic, comparisons and a list of functions is admitted, and that
+tree is walked over NumPy columns. Python never evaluates the text: there are no attributes, subscripts, loops, calls
+of anything else, and no result larger than a column.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError, UnknownNameError
+
+MAX_LENGTH = 2000
+MAX_NODES = 400
+MAX_DEPTH = 40
+MAX_NUMBER = 1e300
+MAX_TEXT = 200
+Column = NDArray[Any]
+
+_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.FloorDiv: np.floor_divide,
+    ast.Mod: np.mod, ast.Pow: np.power,
+}  # fmt: skip
+_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+}  # fmt: skip
+
+
+def _rank(column: Column) -> Column:
+    order = np.argsort(np.argsort(column, kind="stable"), kind="stable")
+    return np.where(np.isnan(column), np.nan, order)
+
+
+FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
+    "abs": (1, 1, np.abs), "sqrt": (1, 1, np.sqrt), "exp": (1, 1, np.exp), "log": (1, 1, np.log),
+    "log2": (1, 1, np.log2), "log10": (1, 1, np.log10), "sin": (1, 1, np.sin), "cos": (1, 1, np.cos),
+    "tan": (1, 1, np.tan), "atan2": (2, 2, np.arctan2), "hypot": (2, 2, np.hypot), "floor": (1, 1, np.floor),
+    "ceil": (1, 1, np.ceil), "round": (1, 1, np.round), "sign": (1, 1, np.sign),
+    "min": (2, 8, lambda *a: np.minimum.reduce(np.broadcast_arrays(*a))),
+    "max": (2, 8, lambda *a: np.maximum.reduce(np.broadcast_arrays(*a))),
+    "clip": (3, 3, np.clip), "where": (3, 3, np.where), "isnan": (1, 1, np.isnan), "rank": (1, 1, _rank),
+    "mean": (1, 1, np.nanmean), "median": (1, 1, np.nanmedian), "std": (1, 1, np.nanstd),
+    "column_min": (1, 1, np.nanmin), "column_max": (1, 1, np.nanmax),
+}  # fmt: skip
+"""Fewest and most arguments, and the function. The last four give one number for the whole column."""
+CONSTANTS = {"pi": np.pi, "e": np.e, "nan": np.nan, "inf": np.inf}
+
+
+def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | str | None]:
+    """Value of an expression at each row; None where it is no finite number.
+
+    Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for a column that is not
+    there.
+    """
+    tree = parse(text)
+    length = len(next(iter(columns.values()), ()))
+    cache: dict[str, Column] = {}
+
+    def column(name: str) -> Column:
+        if name in CONSTANTS and name not in columns:
+            return np.asarray(CONSTANTS[name])
+        if name not in columns:
+            raise UnknownNameError.among("column", name, columns)
+        if name not in cache:
+            cache[name] = as_column(columns[name])
+        return cache[name]
+
+    with np.errstate(all="ignore"):
+        try:
+            result = np.broadcast_to(np.asarray(_value(tree, column)), (length,))
+        except InvalidInputError:
+            raise
+        except (TypeError, ValueError, OverflowError, MemoryError) as error:
+            raise InvalidInputError(f"the expression {text[:80]!r} cannot be computed: {error}") from error
+    if result.dtype.kind in "US":
+        return [str(item) for item in result]
+    numbers = result.astype(np.float64)
+    return [float(number) if np.isfinite(number) else None for number in numbers]
+
+
+def evaluate_columns(expressions: Mapping[str, str], columns: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
+    """Columns of several expressions, each of which may use those before it."""
+    known = dict(columns)
+    made: dict[str, list[Any]] = {}
+    for name, text in expressions.items():
+        made[name] = known[name] = evaluate(text, known)
+    return made
+
+
+def as_column(values: Sequence[Any]) -> Column:
+    """Numbers as float64, missing ones NaN; texts where the column holds some."""
+    if any(isinstance(value, str) for value in values):
+        return np.array(["" if value is None else str(value)[:MAX_TEXT] for value in values])
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def parse(text: str) -> ast.expr:
+    """The syntax tree of an expression, checked: nothing in it can do more than arithmetic."""
+    if not isinstance(text, str) or not text.strip():
+        raise InvalidInputError("the expression is empty; expected for example 10 * log10(mse)")
+    if len(text) > MAX_LENGTH:
+        raise InvalidInputError(f"the expression has {len(text)} characters; at most {MAX_LENGTH} are read")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise InvalidInputError(f"the expression {text[:80]!r} cannot be read: {error}") from error
+    if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
+        raise InvalidInputError(f"the expression is too long; at most {MAX_NODES} names, numbers and signs are read")
+    _check(tree, text, 0)
+    return tree
+
+
+def _check(node: ast.expr, text: str, depth: int) -> None:
+    if depth > MAX_DEPTH:
+        raise InvalidInputError(f"the expression {text[:80]!r} is nested more than {MAX_DEPTH} deep")
+    match node:
+        case ast.Constant(value=bool() | int() | float()):
+            if not abs(node.value) <= MAX_NUMBER:  # type: ignore[arg-type]
+                raise InvalidInputError(f"a number of the expression is larger than {MAX_NUMBER:g}")
+            parts: list[ast.expr] = []
+        case ast.Constant(value=str()):
+            if len(node.value) > MAX_TEXT:  # type: ignore[arg-type]
+                raise InvalidInputError(f"a text of the expression is longer than {MAX_TEXT} characters")
+            parts = []
+        case ast.Name():
+            parts = []
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() | ast.Not(), operand=operand):
+            parts = [operand]
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY:
+            parts = [left, right]
+        case ast.BoolOp(values=values):
+            parts = values
+        case ast.Compare(left=left, ops=ops, comparators=comparators) if all(type(op) in _COMPARE for op in ops):
+            parts = [left, *comparators]
+        case ast.IfExp(test=test, body=body, orelse=otherwise):
+            parts = [test, body, otherwise]
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
+            if name not in FUNCTIONS:
+                raise UnknownNameError.among("function", name, FUNCTIONS)
+            fewest, most, _ = FUNCTIONS[name]
+            if not fewest <= len(args) <= most:
+                raise InvalidInputError(
+                    f"{name} takes {fewest if fewest == most else f'{fewest} to {most}'} values; got {len(args)}"
+                )
+            parts = args
+        case _:
+            raise InvalidInputError(
+                f"the expression {text[:80]!r} contains {_what(node)}; only columns, numbers, + - * / // % **, "
+                f"comparisons, and, or, not, if and these functions are read: {', '.join(FUNCTIONS)}"
+            )
+    for part in parts:
+        _check(part, text, depth + 1)
+
+
+def _what(node: ast.expr) -> str:
+    names = {"Attribute": "an attribute (a dot)", "Subscript": "a subscript", "Lambda": "a lambda", "Call": "a call",
+             "ListComp": "a loop", "GeneratorExp": "a loop", "NamedExpr": "an assignment"}  # fmt: skip
+    return names.get(type(node).__name__, f"a {type(node).__name__}")
+
+
+def _value(node: ast.expr, column: Callable[[str], Column]) -> Any:
+    match node:
+        case ast.Constant(value=str() as text):
+            return np.asarray(text)
+        case ast.Constant(value=number):
+            return np.float64(number)  # type: ignore[arg-type]
+        case ast.Name(id=name):
+            return column(name)
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            return ~_truth(_value(operand, column))
+        case ast.UnaryOp(op=op, operand=operand):
+            value = _numeric(_value(operand, column))
+            return -value if isinstance(op, ast.USub) else value
+        case ast.BinOp(left=left, op=op, right=right):
+            return _BINARY[type(op)](_numeric(_value(left, column)), _numeric(_value(right, column)))
+        case ast.BoolOp(op=op, values=values):
+            truths = np.broadcast_arrays(*(_truth(_value(each, column)) for each in values))
+            return np.logical_and.reduce(truths) if isinstance(op, ast.And) else np.logical_or.reduce(truths)
+        case ast.Compare(left=left, ops=ops, comparators=comparators):
+            sides = [_value(each, column) for each in (left, *comparators)]
+            pairs = zip(sides, ops, sides[1:], strict=False)
+            return np.logical_and.reduce(np.broadcast_arrays(*(_COMPARE[type(op)](a, b) for a, op, b in pairs)))
+        case ast.IfExp(test=test, body=body, orelse=otherwise):
+            chosen: list[Any] = [_value(each, column) for each in (test, body, otherwise)]
+            return np.where(_truth(chosen[0]), chosen[1], chosen[2])
+        case ast.Call(func=ast.Name(id=name), args=args):
+            given: list[Any] = [_value(each, column) for each in args]
+            if name == "where":
+                return np.where(_truth(given[0]), given[1], given[2])
+            return FUNCTIONS[name][2](*(_numeric(value) for value in given))
+    raise InvalidInputError(f"{_what(node)} cannot be computed")
+
+
+def _numeric(value: Any) -> Any:
+    array = np.asarray(value)
+    if array.dtype.kind in "US":
+        raise InvalidInputError("the expression computes with texts; texts can only be compared and chosen by where")
+    return array.astype(np.float64)
+
+
+def _truth(value: Any) -> NDArray[np.bool_]:
+    array = np.asarray(value)
+    if array.dtype.kind == "b":
+        return array
+    return (_numeric(array) != 0) & ~np.isnan(_numeric(array))

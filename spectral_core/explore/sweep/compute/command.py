@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A command line with a template as a compute node: any program that takes numbers and leaves results.
+
+The template is a list of words, or one text that is split into words once; {name} stands for a parameter, {seed},
+{out} for a fresh folder. No shell sees it, so a value is always one word. Results: the last line of standard output
+where it is a JSON object or a number, ``result.json`` in the folder, and pictures that the program left there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+import shlex
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.explore.sweep.files import json_text
+from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.parameters import Space, Value
+
+_PLACE = re.compile(r"\{([^{}]*)\}")
+PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
+MAX_OUTPUT_BYTES = 50_000_000
+TIME_LIMIT_S = 3600.0
+
+
+@dataclass(frozen=True)
+class CommandNode:
+    """Runs a program per point. ``words``: the template; ``folder``: where it runs; ``limit_s``: its longest time."""
+
+    words: tuple[str, ...]
+    folder: str = "."
+    limit_s: float = TIME_LIMIT_S
+    fingerprint: str = ""
+
+    @classmethod
+    def of(
+        cls, template: str | list[str], space: Space, folder: Path | None = None, *, limit_s: float = TIME_LIMIT_S
+    ) -> CommandNode:
+        """The node of a template; checks its places against the parameters.
+
+        Parameters
+        ----------
+        template : words, or one text that is split as a POSIX shell splits words.
+        space : the parameters.
+        folder : where the program runs.
+        limit_s : longest time of a point in seconds.
+        """
+        words = tuple(shlex.split(template) if isinstance(template, str) else [str(word) for word in template])
+        if not words:
+            raise InvalidInputError("the command is empty; expected a program and its arguments")
+        known = {*space.names, "seed", "out"}
+        used = {place for word in words for place in _PLACE.findall(word)}
+        strange = sorted(used - known)
+        if strange:
+            raise InvalidInputError(f"the command has the place {{{strange[0]}}}; known are {', '.join(sorted(known))}")
+        missing = sorted(set(space.names) - used)
+        if missing:
+            raise InvalidInputError(f"the command never uses {missing[0]!r}; write {{{missing[0]}}} where it belongs")
+        node = cls(words, str((folder or Path()).resolve()), float(limit_s))
+        files = {
+            word: hashlib.sha256((Path(node.folder) / word).read_bytes()).hexdigest()
+            for word in words
+            if "{" not in word
+            and (Path(node.folder) / word).is_file()
+            and (Path(node.folder) / word).stat().st_size < 1e8
+        }
+        return replace(node, fingerprint=hashlib.sha256(json_text([list(words), files]).encode()).hexdigest())
+
+    def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
+        with tempfile.TemporaryDirectory(prefix="sweep-") as out:
+            known = {**{name: _word(value) for name, value in parameters.items()}, "seed": str(seed), "out": out}
+            words = [_PLACE.sub(lambda match: known[match.group(1)], word) for word in self.words]
+            done = self._run(words)
+            if done.returncode != 0:
+                how = f"signal {-done.returncode}" if done.returncode < 0 else f"status {done.returncode}"
+                raise RenderError(
+                    f"{words[0]} ended with {how}: {done.stderr.decode('utf-8', 'replace').strip()[-2000:]}"
+                )
+            values = _values(done.stdout, Path(out))
+            pictures = sorted(
+                path for path in Path(out).iterdir() if path.suffix.lower() in PICTURES and path.is_file()
+            )
+            files = {}
+            for number, path in enumerate(pictures[:8]):
+                if not path.is_symlink() and path.stat().st_size <= MAX_OUTPUT_BYTES:
+                    files[("" if number == 0 else f"_{number}") + path.suffix.lower()] = path.read_bytes()
+            return Outcome(values, files=files)
+
+    def _run(self, words: list[str]) -> subprocess.CompletedProcess[bytes]:
+        try:
+            return subprocess.run(
+                words, cwd=self.folder, capture_output=True, timeout=self.limit_s, check=False, stdin=subprocess.DEVNULL
+            )
+        except subprocess.TimeoutExpired as error:
+            raise RenderError(f"{words[0]} took longer than {self.limit_s:g} s") from error
+        except OSError as error:
+            raise RenderError(f"{words[0]} cannot be started: {error}") from error
+
+    def describe(self) -> list[str]:
+        """What the plan says."""
+        return [f"runs {self.words[0]} once per point, without a shell; nothing stays warm between points"]
+
+
+def _word(value: Value) -> str:
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def _values(output: bytes, out: Path) -> dict[str, Any]:
+    """Numbers and texts that the program gave."""
+    found: Any = {}
+    result = out / "result.json"
+    lines = output[-1_000_000:].decode("utf-8", "replace").strip().splitlines()
+    text = result.read_text("utf-8") if result.is_file() and not result.is_symlink() else lines[-1] if lines else ""
+    try:
+        found = json.loads(text) if text else {}
+    except (ValueError, RecursionError) as error:
+        if result.is_file():
+            raise RenderError(f"the program's result.json is not JSON: {error}") from error
+        found = {}
+    if isinstance(found, int | float) and not isinstance(found, bool):
+        found = {"result": found}
+    if not isinstance(found, dict):
+        return {}
+    return {
+        str(name): (math.nan if value is None else value)
+        for name, value in found.items()
+        if value is None or isinstance(value, int | float | str)
+    }

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A palette problem as a compute node: entries of its document are swept, its colors and errors are the outcome."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core.explore.sweep.compute.paths import set_path
+from spectral_core.explore.sweep.files import json_text
+from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.parameters import Space, Value
+
+TILE = 24
+
+
+@dataclass(frozen=True)
+class PaletteNode:
+    """Solves a palette with entries of its document set, such as ``settings.smoothness`` or ``cells[2].weight``."""
+
+    document: str
+    folder: str
+    paths: tuple[tuple[str, str], ...]
+    fingerprint: str = ""
+
+    @classmethod
+    def of(cls, palette: Path, space: Space) -> PaletteNode:
+        """The node of a palette file; checks every path on its document."""
+        from spectral_core.palette.files import read_palette
+        from spectral_core.palette.files.document import document_of
+
+        document = document_of(read_palette(palette))
+        paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
+        for parameter in space.parameters:
+            set_path(document, parameter.target, parameter.value(0.5))
+        text = json_text(document)
+        return cls(
+            text, str(palette.parent.resolve()), paths, hashlib.sha256((text + repr(paths)).encode()).hexdigest()
+        )
+
+    def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
+        import json
+
+        from spectral_core.palette import solve_palette
+        from spectral_core.palette.files.document import problem_of
+
+        document: Any = json.loads(self.document)
+        for name, path in self.paths:
+            document = set_path(document, path, parameters[name])
+        problem = problem_of(document, Path(self.folder))
+        if any(field == "seed" for field in type(problem).__dataclass_fields__):
+            problem = replace(problem, seed=seed)  # type: ignore[call-arg]
+        solution = solve_palette(problem)
+        errors = np.asarray(solution.delta_e_2000, float)
+        asked = errors[~np.isnan(errors)]
+        values: dict[str, float | int | str] = {
+            "delta_e_max": float(asked.max()) if asked.size else 0.0,
+            "delta_e_mean": float(asked.mean()) if asked.size else 0.0,
+            "kkt_residual": float(solution.kkt_residual),
+            "rounds": int(solution.rounds),
+            "status": solution.status.value,
+        }
+        rgb = np.clip(np.asarray(solution.actual_linear_rgb, float), 0.0, None)
+        tiles = np.repeat(np.repeat(rgb, TILE, axis=0), TILE, axis=1)
+        return Outcome(values, {"": tiles.astype(np.float32)})
+
+    def describe(self) -> list[str]:
+        """What the plan says."""
+        return ["solves the palette once per point; each worker keeps the solvers loaded"]

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rendering the points of a sweep in a worker that stays warm, and re-lighting them where only lights are swept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import RenderError
+from spectral_core.explore.features.images import image_features
+from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.scene import Scene, SunLight, scene_hash
+
+LIGHT_PROPERTIES = ("power_w", "irradiance")
+
+
+def rendered(scene: Scene, *, per_light: bool = False) -> Outcome:
+    """The outcome of a scene: its picture and features; ``per_light``: also those of each light group by itself."""
+    from spectral_core.render import render_scene
+
+    result = render_scene(scene, groups=per_light)
+    if result.status != "done":
+        raise RenderError("the render was stopped")
+    values: dict[str, float | int | str] = dict(_features(result.pixels))
+    values["samples"] = int(result.samples)
+    if per_light:
+        for group, pixels in sorted(result.group_pixels.items()):
+            values |= _features(pixels, f"{_identifier(group)}_")
+    return Outcome(values, {"": top_down(result.pixels)})
+
+
+def _features(pixels: Any, prefix: str = "") -> dict[str, float]:
+    return image_features(np.nan_to_num(top_down(pixels)[..., :3]), prefix)
+
+
+def top_down(pixels: Any) -> Any:
+    """A render's pixels with row 0 on top."""
+    return np.ascontiguousarray(np.asarray(pixels)[::-1])
+
+
+def _identifier(name: str) -> str:
+    word = "".join(letter if letter.isalnum() else "_" for letter in name) or "unnamed"
+    return word if word[0].isalpha() else f"light_{word}"
+
+
+class Relighter:
+    """Pictures of one scene under other powers of its lights, from one recording of each light's share.
+
+    Radiance is linear in the power of every light, so a point costs a weighted sum instead of a render. The recording
+    is made anew where anything else of the scene changed.
+    """
+
+    def __init__(self) -> None:
+        self._hash: str | None = None
+        self._mix: Any = None
+        self._base: dict[str, float] = {}
+
+    def picture(self, scene: Scene, render: Callable[..., Any] | None = None) -> Outcome:
+        """The outcome of the scene; all lights of a scene without other light must have some power."""
+        neutral = with_unit_lights(scene)
+        found = scene_hash(neutral)
+        if found != self._hash:
+            self._record(neutral)
+            self._hash = found
+        weights = [light_amount(scene, group) for group in self._mix.transport.groups]
+        pixels = self._mix.picture(weights)
+        values: dict[str, float | int | str] = dict(_features(pixels))
+        values["samples"] = int(self._mix.transport.samples)
+        return Outcome(values, {"": top_down(pixels)})
+
+    def _record(self, scene: Scene) -> None:
+        from spectral_core.render.relight.mix import LiveMix
+        from spectral_core.render.relight.storage import MixtureStorage
+        from spectral_core.render.relight.transport import record_transport
+
+        self._mix = LiveMix(record_transport(scene, MixtureStorage(), one_per_light=True))
+
+
+def with_unit_lights(scene: Scene) -> Scene:
+    """The scene with every light at power (or irradiance) 1."""
+    lights: list[Any] = [
+        replace(light, irradiance=1.0) if isinstance(light, SunLight) else replace(light, power_w=1.0)
+        for light in scene.lights
+    ]
+    return replace(scene, lights=tuple(lights))
+
+
+def light_amount(scene: Scene, group: str) -> float:
+    """Power of the light that a group is named after; 1 for the surroundings and glowing objects."""
+    for light in scene.lights:
+        if light.name == group:
+            return float(light.irradiance if isinstance(light, SunLight) else light.power_w)
+    return 1.0
+
+
+def swept_lights_only(paths: Mapping[str, str]) -> bool:
+    """Whether every swept path is the power of a light."""
+    return all(path.startswith("lights[") and path.rpartition(".")[2] in LIGHT_PROPERTIES for path in paths.values())

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene without Blender as a compute node: a function that builds it, and paths of what is swept in it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.compute.function import load_function
+from spectral_core.explore.sweep.compute.paths import set_path
+from spectral_core.explore.sweep.compute.rendering import Relighter, rendered, swept_lights_only
+from spectral_core.explore.sweep.files import json_text
+from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.scene import Scene, scene_hash
+
+
+@dataclass(frozen=True)
+class SceneNode:
+    """Renders the scene of a function with some of its properties set.
+
+    ``scene``: address of a function that returns a ``Scene``. ``paths``: property path by parameter. ``settings``:
+    values by path that hold for every point. ``per_light``: also measure each light group by itself.
+    """
+
+    scene: str
+    paths: tuple[tuple[str, str], ...]
+    settings: tuple[tuple[str, Value], ...] = ()
+    per_light: bool = False
+    relight: bool = True
+    fingerprint: str = ""
+    _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        scene: str,
+        space: Space,
+        folder: Path | None = None,
+        *,
+        settings: Mapping[str, Value] | None = None,
+        per_light: bool = False,
+        relight: bool = True,
+    ) -> SceneNode:
+        """The node of a scene's function; checks every path on the scene.
+
+        Parameters
+        ----------
+        scene : ``file.py:function`` or ``module:function``.
+        space : the parameters; their targets are the paths.
+        folder : where a relative file is sought.
+        settings : values by path for every point.
+        per_light : measure each light group too.
+        relight : re-light from one recording where only powers of lights are swept.
+        """
+        place, _, name = scene.rpartition(":")
+        address = f"{((folder or Path()) / place).resolve()}:{name}" if place.endswith(".py") else scene
+        paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
+        fixed = tuple(sorted((settings or {}).items()))
+        node = cls(address, paths, fixed, per_light, relight)
+        base = node._base()
+        for parameter in space.parameters:
+            set_path(base, parameter.target, parameter.value(0.5))
+        said = [scene_hash(base), [list(pair) for pair in paths], per_light, node.relights]
+        return replace(node, fingerprint=hashlib.sha256(json_text(said).encode()).hexdigest())
+
+    @property
+    def relights(self) -> bool:
+        """Whether points are re-lit instead of rendered."""
+        return self.relight and not self.per_light and swept_lights_only(dict(self.paths))
+
+    def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
+        base: Scene = self._base()
+        scene = base
+        for name, path in self.paths:
+            scene = set_path(scene, path, parameters[name])
+        scene = replace(scene, film=replace(scene.film, seed=seed))
+        if self.relights:
+            relighter: Relighter = self._kept.setdefault("relighter", Relighter())
+            return relighter.picture(scene)
+        return rendered(scene, per_light=self.per_light)
+
+    def _base(self) -> Scene:
+        if "base" not in self._kept:
+            made = load_function(self.scene)()
+            if not isinstance(made, Scene):
+                raise InvalidInputError(f"{self.scene} returned a {type(made).__name__}; expected a Scene")
+            for path, value in self.settings:
+                made = set_path(made, path, value)
+            self._kept["base"] = made
+        return self._kept["base"]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_kept": {}}
+
+    def describe(self) -> list[str]:
+        """What the plan says."""
+        lines = ["renders in workers that stay: the scene is built once, a swept number compiles nothing"]
+        if self.relights:
+            lines.append("only powers of lights are swept: a worker records them once and re-lights each point")
+        elif any(path.startswith("lights[") for _, path in self.paths):
+            lines.append(
+                "lights are swept together with other properties, so every point is rendered; re-lighting needs a "
+                "recording that several points share"
+            )
+        return lines

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Linear constraints as a reader writes them: ``2 * a + b <= 3``, ``log10(energy_w) >= 1``."""
+
+from __future__ import annotations
+
+import ast
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.parameters import Space
+
+MAX_LENGTH = 500
+
+
+@dataclass(frozen=True, slots=True)
+class LinearConstraint:
+    """``coefficients · x <= bound`` over named parameters: values, or log10 of the values on a log scale."""
+
+    coefficients: tuple[tuple[str, float], ...]
+    bound: float
+    text: str
+
+    def row(self, space: Space) -> tuple[NDArray[np.float64], float]:
+        """The half-space in coordinates of the unit cube: row (n,) and bound."""
+        row = np.zeros(len(space.parameters))
+        bound = self.bound
+        for name, coefficient in self.coefficients:
+            index, parameter = space.names.index(name), space[name]
+            if parameter.scale == "log":
+                low, high = math.log10(parameter.low), math.log10(parameter.high)
+            else:
+                low, high = parameter.low, parameter.high
+            if parameter.kind == "integer":  # the coordinate of k is the middle of its interval
+                if parameter.scale == "log":
+                    low, high = math.log10(parameter.low - 0.5), math.log10(parameter.high + 0.5)
+                else:
+                    low, high = low - 0.5, high + 0.5
+            row[index] += coefficient * (high - low)
+            bound -= coefficient * low
+        return row, bound
+
+    def holds(self, space: Space, values: dict[str, float]) -> bool:
+        """Whether values satisfy it."""
+        total = sum(c * (math.log10(values[n]) if space[n].scale == "log" else values[n]) for n, c in self.coefficients)
+        return total <= self.bound + 1e-12 * max(1.0, abs(self.bound))
+
+
+def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
+    """Constraints of a comparison such as ``0.1 <= a + 2*b <= 3``; one per comparison sign.
+
+    Raises InvalidInputError for what is not linear, for names that the sweep lacks and for a parameter on a log scale
+    that stands without log10.
+    """
+    if not isinstance(text, str) or len(text) > MAX_LENGTH:
+        raise InvalidInputError(f"a constraint is a text of at most {MAX_LENGTH} characters; got {str(text)[:80]!r}")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise InvalidInputError(f"the constraint {text!r} cannot be read: {error}") from error
+    if not isinstance(tree, ast.Compare):
+        raise InvalidInputError(f"the constraint {text!r} is no comparison; expected for example 2*a + b <= 3")
+    found = []
+    sides = [tree.left, *tree.comparators]
+    for left, operator, right in zip(sides, tree.ops, sides[1:], strict=False):
+        if isinstance(operator, ast.GtE | ast.Gt):
+            left, right = right, left
+        elif not isinstance(operator, ast.LtE | ast.Lt):
+            raise InvalidInputError(f"the constraint {text!r} compares with a sign other than <= and >=")
+        first, second = _linear(left, space, text), _linear(right, space, text)
+        names = [name for name in space.names if first.get(name, 0.0) != second.get(name, 0.0)]
+        if not names:
+            raise InvalidInputError(f"the constraint {text!r} names no parameter, or they cancel")
+        coefficients = tuple((name, first.get(name, 0.0) - second.get(name, 0.0)) for name in names)
+        found.append(LinearConstraint(coefficients, second.get("", 0.0) - first.get("", 0.0), text))
+    return found
+
+
+def _linear(node: ast.expr, space: Space, text: str) -> dict[str, float]:
+    """Coefficients by name; "" is the constant."""
+    match node:
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool) and math.isfinite(number):
+            return {"": float(number)}
+        case ast.Name(id=name):
+            _known(name, space, text)
+            if space[name].scale == "log":
+                raise InvalidInputError(f"{name} is on a log scale; write log10({name}) in the constraint {text!r}")
+            return {name: 1.0}
+        case ast.Call(func=ast.Name(id="log10"), args=[ast.Name(id=name)], keywords=[]):
+            _known(name, space, text)
+            if space[name].scale != "log":
+                raise InvalidInputError(f"{name} is on a linear scale; write {name} itself in the constraint {text!r}")
+            return {name: 1.0}
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return {name: -value for name, value in _linear(operand, space, text).items()}
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() as operator, right=right):
+            first, second = _linear(left, space, text), _linear(right, space, text)
+            sign = 1.0 if isinstance(operator, ast.Add) else -1.0
+            return {name: first.get(name, 0.0) + sign * second.get(name, 0.0) for name in {**first, **second}}
+        case ast.BinOp(left=left, op=ast.Mult() | ast.Div() as operator, right=right):
+            first, second = _linear(left, space, text), _linear(right, space, text)
+            if isinstance(operator, ast.Mult) and set(first) == {""}:
+                first, second = second, first
+            factor = second.get("", 0.0)
+            if set(second) == {""} and not (isinstance(operator, ast.Div) and factor == 0):
+                factor = factor if isinstance(operator, ast.Mult) else 1.0 / factor
+                return {name: factor * value for name, value in first.items()}
+    raise InvalidInputError(
+        f"the constraint {text!r} is not linear; expected sums of numbers times parameters, such as 2*a - b/3 <= 1"
+    )
+
+
+def _known(name: str, space: Space, text: str) -> None:
+    if name not in space.names:
+        raise InvalidInputError(f"the constraint {text!r} names {name!r}; the parameters are {', '.join(space.names)}")
+    if space[name].kind == "choice" and any(isinstance(choice, str) for choice in space[name].choices):
+        raise InvalidInputError(f"{name} chooses among texts, so it has no place in the constraint {text!r}")
+    if space[name].kind == "choice":
+        raise InvalidInputError(f"{name} chooses among values; make it an integer or real to constrain it")

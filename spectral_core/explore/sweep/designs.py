@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sampling designs (R2a): lattice, Sobol, Latin hypercube or a list; exactly as many different points as asked.
+
+The lattice is the default: it keeps points apart in any convex region, every prefix of its order is an even coarser
+sample, and a larger budget or another region adds points without moving one. Sobol points estimate means better, and
+spread better on single axes; a Latin hypercube is for one small sample and cannot be refined (docs/explore.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.explore.sweep.region import RegionOfInterest
+from spectral_core.lattice import Frame, Region, make_lattice, progressive_fill, progressive_points
+
+DesignKind = Literal["lattice", "sobol", "latin_hypercube", "list"]
+DESIGNS: tuple[DesignKind, ...] = ("lattice", "sobol", "latin_hypercube", "list")
+MAX_LATTICE_DIMENSIONS = 10
+MAX_BUDGET = 1_000_000
+MAX_REFINEMENTS = 40
+"""Levels or doublings tried for enough different points; constraints so narrow are said to be."""
+Point = dict[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """How a region is sampled. ``frame`` and ``shifts`` place the lattice; None until the first points are made."""
+
+    kind: DesignKind = "lattice"
+    budget: int = 64
+    seed: int = 0
+    rate: int = 2
+    points: tuple[Mapping[str, Value], ...] = ()
+    frame: Frame | None = None
+    shifts: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.kind not in DESIGNS:
+            from spectral_core.errors import UnknownNameError
+
+            raise UnknownNameError.among("sampling design", str(self.kind), DESIGNS)
+        if isinstance(self.budget, bool) or not isinstance(self.budget, int) or not 1 <= self.budget <= MAX_BUDGET:
+            raise InvalidInputError(
+                f"the budget is {self.budget!r} points; expected a whole number from 1 to {MAX_BUDGET}"
+            )
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 2**32:
+            raise InvalidInputError(f"the seed is {self.seed!r}; expected a whole number from 0 to 2^32 - 1")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain entries for the project file."""
+        plain: dict[str, Any] = {"kind": self.kind, "budget": self.budget, "seed": self.seed, "rate": self.rate}
+        if self.frame is not None:
+            plain |= {"frame": self.frame.to_dict(), "shifts": list(self.shifts)}
+        if self.points:
+            plain["points"] = [dict(point) for point in self.points]
+        return plain
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Design:
+        """The design of a document or project file."""
+        strange = sorted(set(plain) - {"kind", "budget", "seed", "rate", "points", "frame", "shifts"})
+        if strange:
+            raise InvalidInputError(
+                f"the design has the entry {strange[0]!r}; expected kind, budget, seed, rate, points"
+            )
+        points = tuple(dict(point) for point in plain.get("points", ()))
+        frame = None if plain.get("frame") is None else Frame.from_dict(plain["frame"])
+        return cls(
+            plain.get("kind", "list" if points else "lattice"),
+            plain.get("budget", len(points) or 64),
+            plain.get("seed", 0),
+            plain.get("rate", 2),
+            points,
+            frame,
+            tuple(plain.get("shifts", ())),
+        )
+
+    def placed(self, space: Space) -> Design:
+        """The design with its lattice placed over the whole unit cube; later regions share its points."""
+        if self.kind != "lattice" or self.frame is not None:
+            return self
+        if len(space.parameters) > MAX_LATTICE_DIMENSIONS:
+            raise InvalidInputError(
+                f"the sweep has {len(space.parameters)} parameters; lattices reach to {MAX_LATTICE_DIMENSIONS}. "
+                "Take design kind = 'sobol', or sweep fewer"
+            )
+        from dataclasses import replace
+
+        from spectral_core.lattice import unit_cube
+
+        lattice = make_lattice(len(space.parameters), self.rate, criterion="packing")
+        fill = progressive_fill(unit_cube(len(space.parameters)), self.budget, lattice=lattice, seed=self.seed)
+        return replace(self, frame=fill.frame, shifts=fill.shifts)
+
+
+def design_points(
+    space: Space, region: RegionOfInterest, design: Design, *, known: Sequence[Point] = ()
+) -> tuple[list[Point], list[str]]:
+    """The points of a region, and notes for the plan.
+
+    Parameters
+    ----------
+    space : the parameters; its ranges span the unit cube that the design was placed in.
+    region : where to sample.
+    design : how, and how many: exactly ``budget`` different points, unless fewer exist or more are known already.
+    known : points that are computed already. Those inside the region come first and count.
+
+    Raises
+    ------
+    InvalidInputError : where the region is empty, or the list of points does not fit the parameters.
+    """
+    region.checked(space)
+    notes: list[str] = []
+    chosen: dict[tuple[Value, ...], Point] = {}
+    if design.kind == "list":
+        for point in design.points:
+            _check_listed(space, point)
+            if region.contains(space, point):
+                chosen.setdefault(_address(space, point), {name: point[name] for name in space.names})
+        left_out = len(design.points) - len(chosen)
+        if left_out:
+            notes.append(f"{left_out} listed points are left out: outside of the region, or listed twice")
+        return list(chosen.values()), notes
+    for point in known:
+        if region.contains(space, point):
+            chosen.setdefault(_address(space, point), dict(point))
+    budget = design.budget
+    limit = space.combinations
+    if limit is not None and limit <= 4096:
+        limit = sum(region.contains(space, point) for point in _all_points(space))
+        if limit < budget:
+            notes.append(f"the region holds {limit} different points, fewer than the budget of {budget}: all are taken")
+            budget = limit
+            for point in _all_points(space):
+                if region.contains(space, point):
+                    chosen.setdefault(_address(space, point), point)
+    batches = _batches(space, region, design)
+    for _ in range(MAX_REFINEMENTS):
+        if len(chosen) >= budget:
+            break
+        for unit_point in next(batches):
+            point = space.values(unit_point)
+            if region.contains(space, point):
+                chosen.setdefault(_address(space, point), point)
+                if len(chosen) >= budget:
+                    break
+    if len(chosen) < budget:
+        raise InvalidInputError(
+            f"only {len(chosen)} of {budget} different points were found in the region; its constraints leave almost "
+            "no room, or its parameters take few values"
+        )
+    return list(chosen.values()), notes
+
+
+def _batches(space: Space, region: RegionOfInterest, design: Design) -> Iterator[NDArray[np.float64]]:
+    """Endless batches of unit points, coarse ones first."""
+    unit_region = region.in_unit_cube(space)
+    if design.kind == "lattice":
+        yield from _lattice_batches(unit_region, design.placed(space), _fine_enough(design))
+    elif design.kind == "sobol":
+        yield from _sobol_batches(unit_region, design)
+    else:
+        yield from _latin_batches(unit_region, design)
+
+
+def _fine_enough(design: Design) -> int:
+    return 8 * design.budget + 64
+
+
+def _lattice_batches(region: Region, design: Design, most: int) -> Iterator[NDArray[np.float64]]:
+    assert design.frame is not None
+    points = progressive_points(design.frame, region, shifts=design.shifts)
+    done = 0
+    while True:
+        yield points.points[done:]
+        done = len(points)
+        if done > most * 64:
+            while True:  # whole numbers and choices are exhausted long before
+                yield np.empty((0, region.dimensions))
+        points = points.refine()
+
+
+def _limits(region: Region) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Bounding box of the half-spaces that are parallel to an axis; every region starts from a box."""
+    n = region.dimensions
+    low, high = np.full(n, -np.inf), np.full(n, np.inf)
+    for row, bound in zip(region.rows, region.bounds, strict=True):
+        axes = np.flatnonzero(row)
+        if len(axes) == 1:
+            edge = bound / row[axes[0]]
+            if row[axes[0]] > 0:
+                high[axes[0]] = min(high[axes[0]], edge)
+            else:
+                low[axes[0]] = max(low[axes[0]], edge)
+    return low, high
+
+
+def _sobol_batches(region: Region, design: Design) -> Iterator[NDArray[np.float64]]:
+    from scipy.stats import qmc
+
+    low, high = _limits(region)
+    engine = qmc.Sobol(region.dimensions, scramble=True, rng=np.random.default_rng(design.seed))
+    exponent = max(4, int(np.ceil(np.log2(design.budget))))
+    while True:
+        drawn = low + engine.random(2**exponent) * (high - low)
+        yield drawn[region.contains(drawn)]
+        exponent = min(exponent + 1, 20) if engine.num_generated > 2**exponent else exponent
+
+
+def _latin_batches(region: Region, design: Design) -> Iterator[NDArray[np.float64]]:
+    from scipy.stats import qmc
+
+    low, high = _limits(region)
+    rng = np.random.default_rng(design.seed)
+    while True:
+        drawn = low + qmc.LatinHypercube(region.dimensions, optimization="random-cd", rng=rng).random(design.budget) * (
+            high - low
+        )
+        yield drawn[region.contains(drawn)]
+
+
+def _all_points(space: Space) -> list[Point]:
+    """Every combination of whole numbers and choices."""
+    from itertools import product
+
+    axes: list[list[Value]] = [
+        list(p.choices) if p.kind == "choice" else list(range(int(p.low), int(p.high) + 1)) for p in space.parameters
+    ]
+    return [dict(zip(space.names, values, strict=True)) for values in product(*axes)]
+
+
+def _address(space: Space, point: Mapping[str, Value]) -> tuple[Value, ...]:
+    return tuple(point[name] for name in space.names)
+
+
+def _check_listed(space: Space, point: Mapping[str, Value]) -> None:
+    strange = sorted(set(point) - set(space.names))
+    if strange:
+        raise InvalidInputError(f"a listed point has {strange[0]!r}; the parameters are {', '.join(space.names)}")
+    space.coordinates(point)
+    for parameter in space.parameters:
+        if parameter.kind == "choice" and point[parameter.name] not in parameter.choices:
+            raise InvalidInputError(f"a listed point has {parameter.name} = {point[parameter.name]!r}, no choice of it")

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sweep as a TOML file: what is computed, the parameters, the region, the design, derived columns, a reference."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, UnknownNameError
+from spectral_core.explore.features.expression import parse
+from spectral_core.explore.sweep.designs import Design
+from spectral_core.explore.sweep.parameters import Parameter, Space, Value
+from spectral_core.explore.sweep.region import RegionOfInterest
+from spectral_core.explore.sweep.store import Project, require_column_name
+
+FORMAT, VERSION = "spectral-scene sweep", 1
+MAX_BYTES = 50_000_000
+NodeFactory = Callable[[dict[str, Any], Space, Path], Any]
+_EXTRA: dict[str, NodeFactory] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class SweepDocument:
+    """What a sweep file states."""
+
+    space: Space
+    region: RegionOfInterest
+    design: Design
+    compute: dict[str, Any]
+    seed: int = 0
+    expressions: Mapping[str, str] = field(default_factory=dict)
+    reference: Mapping[str, Value] | None = None
+    folder: Path = Path()
+
+    def node(self) -> Any:
+        """The compute node."""
+        return compute_node(self.compute, self.space, self.folder)
+
+    def project(self, fingerprint: str) -> Project:
+        """A new project of this sweep."""
+        units = {parameter.name: parameter.unit for parameter in self.space.parameters if parameter.unit}
+        return Project(
+            self.space, self.region, self.design, self.compute, fingerprint, self.seed,
+            expressions=dict(self.expressions), units=units,
+        )  # fmt: skip
+
+
+def read_sweep(path: Path) -> SweepDocument:
+    """The sweep of a TOML file. FileFormatError names the file and what is wrong in it."""
+    try:
+        if not path.is_file():
+            raise InvalidInputError(f"there is no file {path}")
+        if path.stat().st_size > MAX_BYTES:
+            raise FileFormatError(f"{path} has {path.stat().st_size:,} bytes; at most {MAX_BYTES:,} are read")
+        plain = tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FileFormatError(f"{path} is not TOML: {error}") from error
+    try:
+        return sweep_of(plain, path.parent)
+    except FileFormatError:
+        raise
+    except InvalidInputError as error:
+        raise FileFormatError(f"{path}: {error}") from error
+
+
+def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
+    """The sweep of a plain document; files in it are relative to ``folder``."""
+    known = {"format", "version", "compute", "parameters", "region", "design", "seed", "columns", "reference"}
+    strange = sorted(set(plain) - known)
+    if strange:
+        raise UnknownNameError.among("entry of a sweep", strange[0], known)
+    if plain.get("format", FORMAT) != FORMAT or plain.get("version", VERSION) != VERSION:
+        raise InvalidInputError(f"the file says format {plain.get('format')!r}, version {plain.get('version')!r}; "
+                                f"expected {FORMAT!r}, version {VERSION}")  # fmt: skip
+    tables = plain.get("parameters", [])
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        raise InvalidInputError("parameters must be a list of tables: [[parameters]] name = …, low = …, high = …")
+    compute = plain.get("compute")
+    if not isinstance(compute, dict) or "kind" not in compute:
+        raise InvalidInputError("the sweep does not say what is computed; expected [compute] kind = …")
+    for name in ("region", "design", "columns", "reference"):
+        if not isinstance(plain.get(name, {}), dict):
+            raise InvalidInputError(f"{name} must be a table")
+    space = Space(tuple(Parameter.from_dict(table) for table in tables))
+    seed = plain.get("seed", 0)
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
+        raise InvalidInputError(f"seed is {seed!r}; expected a whole number from 0")
+    expressions = dict(plain.get("columns", {}))
+    for name, text in expressions.items():
+        require_column_name(name)
+        parse(text)
+    reference = plain.get("reference")
+    if reference is not None and set(reference) != set(space.names):
+        raise InvalidInputError(f"the reference needs a value for each of {', '.join(space.names)}")
+    region = RegionOfInterest.from_dict(plain.get("region", {})).checked(space)
+    return SweepDocument(
+        space, region, Design.from_dict(plain.get("design", {})), compute, seed, expressions, reference, folder
+    )
+
+
+def register_compute(kind: str, factory: NodeFactory) -> None:
+    """Add a kind of compute node; the add-on adds "blend"."""
+    _EXTRA[kind] = factory
+
+
+def compute_node(compute: Mapping[str, Any], space: Space, folder: Path) -> Any:
+    """The compute node of a document's ``[compute]`` table."""
+    table = dict(compute)
+    kind = table.pop("kind", None)
+    if kind in _EXTRA:
+        return _EXTRA[kind](table, space, folder)
+    if kind == "blend":
+        raise MissingDependencyError(
+            "a sweep of a .blend file needs the Blender add-on; run it with `spectral-scene sweep` or "
+            "`blender --command spectral sweep`"
+        )
+    makers = {"function": _function, "command": _command, "scene": _scene, "palette": _palette, "volume": _volume}
+    if kind not in makers:
+        raise UnknownNameError.among("kind of compute node", str(kind), [*makers, "blend", *_EXTRA])
+    return makers[kind](table, space, folder)
+
+
+def entries(table: Mapping[str, Any], kind: str, needed: str, optional: tuple[str, ...] = ()) -> Any:
+    """The needed entry of a ``[compute]`` table, after a check of all its names."""
+    strange = sorted(set(table) - {needed, *optional})
+    if strange:
+        raise UnknownNameError.among(f"entry of [compute] kind = {kind!r}", strange[0], [needed, *optional])
+    if needed not in table:
+        raise InvalidInputError(f"[compute] kind = {kind!r} needs the entry {needed!r}")
+    return table[needed]
+
+
+def _function(table: dict[str, Any], space: Space, folder: Path) -> Any:
+    from spectral_core.explore.sweep.compute.function import FunctionNode
+
+    return FunctionNode.of(entries(table, "function", "function", ("fixed",)), folder, **table.get("fixed", {}))
+
+
+def _command(table: dict[str, Any], space: Space, folder: Path) -> Any:
+    from spectral_core.explore.sweep.compute.command import TIME_LIMIT_S, CommandNode
+
+    template = entries(table, "command", "command", ("limit_s",))
+    return CommandNode.of(template, space, folder, limit_s=float(table.get("limit_s", TIME_LIMIT_S)))
+
+
+def _scene(table: dict[str, Any], space: Space, folder: Path) -> Any:
+    from spectral_core.explore.sweep.compute.scene import SceneNode
+
+    address = entries(table, "scene", "scene", ("settings", "per_light", "relight"))
+    return SceneNode.of(
+        address, space, folder, settings=table.get("settings"), per_light=bool(table.get("per_light", False)),
+        relight=bool(table.get("relight", True)),
+    )  # fmt: skip
+
+
+def _palette(table: dict[str, Any], space: Space, folder: Path) -> Any:
+    from spectral_core.explore.sweep.compute.palette import PaletteNode
+
+    return PaletteNode.of(folder / entries(table, "palette", "palette"), space)
+
+
+def _volume(table: dict[str, Any], space: Space, folder: Path) -> Any:
+    from spectral_core.explore.sweep.compute.volume import VolumeNode
+
+    volume = entries(table, "volume", "volume", ("transfer", "settings", "size"))
+    size = table.get("size", [256, 256])
+    return VolumeNode.of(
+        volume, str(table.get("transfer", "wide")), space, folder, settings=table.get("settings"),
+        size=(int(size[0]), int(size[1])),
+    )  # fmt: skip

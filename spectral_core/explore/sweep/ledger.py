@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ledger of a sweep: SQLite tables of points, attempts and manual columns. Every change is one transaction."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from spectral_core.errors import FileFormatError
+from spectral_core.explore.sweep.files import json_text
+
+State = Literal["pending", "done", "failed"]
+VERSION = 1
+_TABLES = """
+CREATE TABLE IF NOT EXISTS points (
+    key TEXT PRIMARY KEY, ordinal INTEGER NOT NULL, parameters TEXT NOT NULL,
+    state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'done', 'failed')),
+    outcome TEXT, files TEXT, seconds REAL, reason TEXT);
+CREATE INDEX IF NOT EXISTS by_ordinal ON points (ordinal);
+CREATE TABLE IF NOT EXISTS attempts (
+    key TEXT NOT NULL, number INTEGER NOT NULL, worker TEXT NOT NULL, started REAL NOT NULL, ended REAL,
+    how TEXT, message TEXT, PRIMARY KEY (key, number));
+CREATE TABLE IF NOT EXISTS manual (
+    key TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL, PRIMARY KEY (key, name));
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One point as the ledger holds it. ``outcome`` and ``files`` are empty until it is done."""
+
+    key: str
+    ordinal: int
+    parameters: dict[str, Any]
+    state: State
+    outcome: dict[str, Any]
+    files: dict[str, str]
+    seconds: float | None
+    reason: str | None
+
+
+class Ledger:
+    """An open ledger. Use it from any thread; several processes may hold it open."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._lock = threading.RLock()
+        try:
+            self._connection = sqlite3.connect(path, timeout=60.0, check_same_thread=False, isolation_level=None)
+            self._connection.execute("PRAGMA journal_mode=WAL")
+            self._connection.execute("PRAGMA synchronous=NORMAL")
+            found = self._connection.execute("PRAGMA user_version").fetchone()[0]
+            if found not in (0, VERSION):
+                raise FileFormatError(f"{path} is a ledger of version {found}; this program writes version {VERSION}")
+            self._connection.executescript(_TABLES)
+            self._connection.execute(f"PRAGMA user_version={VERSION}")
+        except sqlite3.DatabaseError as error:
+            raise FileFormatError(f"{path} is no ledger of a sweep: {error}") from error
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            self._connection.close()
+
+    def copy_to(self, path: Path) -> None:
+        """Write a copy that is consistent, also while the ledger is in use."""
+        target = sqlite3.connect(path)
+        try:
+            with self._lock:
+                self._connection.backup(target)
+        finally:
+            target.close()
+
+    @contextmanager
+    def transaction(self) -> Iterator[sqlite3.Connection]:
+        """All changes within, or none."""
+        with self._lock:
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield self._connection
+            except BaseException:
+                self._connection.execute("ROLLBACK")
+                raise
+            self._connection.execute("COMMIT")
+
+    def add(self, points: Iterable[tuple[str, Mapping[str, Any]]]) -> int:
+        """Enter points that the ledger does not hold yet, in this order; returns how many were new."""
+        with self.transaction() as database:
+            start = database.execute("SELECT COALESCE(MAX(ordinal) + 1, 0) FROM points").fetchone()[0]
+            new = 0
+            for key, parameters in points:
+                cursor = database.execute(
+                    "INSERT OR IGNORE INTO points (key, ordinal, parameters) VALUES (?, ?, ?)",
+                    (key, start + new, json_text(dict(parameters))),
+                )
+                new += cursor.rowcount
+            return new
+
+    def rows(self, state: State | None = None) -> list[Row]:
+        """All rows in the order of the design."""
+        where, arguments = ("", ()) if state is None else (" WHERE state = ?", (state,))
+        columns = "key, ordinal, parameters, state, outcome, files, seconds, reason"
+        query = f"SELECT {columns} FROM points{where} ORDER BY ordinal"
+        with self._lock:
+            found = self._connection.execute(query, arguments).fetchall()
+        return [
+            Row(key, ordinal, json.loads(p), state_, json.loads(o or "{}"), json.loads(f or "{}"), seconds, reason)
+            for key, ordinal, p, state_, o, f, seconds, reason in found
+        ]
+
+    def states(self) -> dict[str, State]:
+        """State of every point by key."""
+        with self._lock:
+            return dict(self._connection.execute("SELECT key, state FROM points").fetchall())
+
+    def begin(self, key: str, worker: str) -> int:
+        """Note that an attempt starts; returns its number from 1."""
+        with self.transaction() as database:
+            number = 1 + database.execute("SELECT COUNT(*) FROM attempts WHERE key = ?", (key,)).fetchone()[0]
+            database.execute(
+                "INSERT INTO attempts (key, number, worker, started) VALUES (?, ?, ?, ?)",
+                (key, number, worker, time.time()),
+            )
+            return int(number)
+
+    def commit(self, key: str, outcome: Mapping[str, Any], files: Mapping[str, str], seconds: float) -> bool:
+        """Enter an outcome; the first one of a point counts. Returns whether this was it."""
+        with self.transaction() as database:
+            cursor = database.execute(
+                "UPDATE points SET state = 'done', outcome = ?, files = ?, seconds = ?, reason = NULL "
+                "WHERE key = ? AND state != 'done'",
+                (json_text(dict(outcome)), json_text(dict(files)), seconds, key),
+            )
+            database.execute(
+                "UPDATE attempts SET ended = ?, how = 'done' WHERE key = ? AND ended IS NULL", (time.time(), key)
+            )
+            return cursor.rowcount == 1
+
+    def end_attempt(self, key: str, how: str, message: str) -> None:
+        """Note how the open attempt of a point ended: "failed" or "interrupted"."""
+        with self.transaction() as database:
+            database.execute(
+                "UPDATE attempts SET ended = ?, how = ?, message = ? WHERE key = ? AND ended IS NULL",
+                (time.time(), how, message[-4000:], key),
+            )
+
+    def interrupt_open(self) -> int:
+        """Close attempts that no process is left to end; returns how many."""
+        with self.transaction() as database:
+            cursor = database.execute(
+                "UPDATE attempts SET ended = ?, how = 'interrupted', message = 'the sweep ended' WHERE ended IS NULL",
+                (time.time(),),
+            )
+            return cursor.rowcount
+
+    def attempts(self, key: str, how: str | None = None) -> int:
+        """Number of attempts of a point, or of those that ended so."""
+        with self._lock:
+            query = "SELECT COUNT(*) FROM attempts WHERE key = ?" + ("" if how is None else " AND how = ?")
+            return int(self._connection.execute(query, (key,) if how is None else (key, how)).fetchone()[0])
+
+    def all_attempts(self) -> list[tuple[str, int, str, str | None]]:
+        """Key, number, worker and ending of every attempt."""
+        with self._lock:
+            return self._connection.execute("SELECT key, number, worker, how FROM attempts ORDER BY started").fetchall()
+
+    def set_aside(self, key: str, reason: str) -> None:
+        """Mark a point as failed, with the reason."""
+        with self.transaction() as database:
+            database.execute("UPDATE points SET state = 'failed', reason = ? WHERE key = ?", (reason[-4000:], key))
+
+    def retry_failed(self) -> int:
+        """Take points that were set aside up again; returns how many."""
+        with self.transaction() as database:
+            database.execute("DELETE FROM attempts WHERE key IN (SELECT key FROM points WHERE state = 'failed')")
+            return database.execute(
+                "UPDATE points SET state = 'pending', reason = NULL WHERE state = 'failed'"
+            ).rowcount
+
+    def set_manual(self, name: str, values: Mapping[str, float | int | str | None]) -> None:
+        """Set a manual column at some points; None erases."""
+        with self.transaction() as database:
+            for key, value in values.items():
+                if value is None:
+                    database.execute("DELETE FROM manual WHERE key = ? AND name = ?", (key, name))
+                else:
+                    database.execute("INSERT OR REPLACE INTO manual VALUES (?, ?, ?)", (key, name, json_text(value)))
+
+    def manual(self) -> dict[str, dict[str, Any]]:
+        """Manual values by column and key."""
+        found: dict[str, dict[str, Any]] = {}
+        with self._lock:
+            for key, name, value in self._connection.execute("SELECT key, name, value FROM manual"):
+                found.setdefault(name, {})[key] = json.loads(value)
+        return found

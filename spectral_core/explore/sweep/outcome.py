@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a point computes to, and what computes it (R1): any callable with a fingerprint."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.files import json_text
+from spectral_core.explore.sweep.parameters import NAME_PATTERN, Value
+
+Picture = NDArray[np.float32]
+RESERVED_COLUMNS = ("key", "seconds")
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Values and pictures of one point.
+
+    ``values``: numbers and texts by column name. ``pictures``: linear sRGB (height, width, 3 or 4), row 0 on top, by
+    name; "" is the main one. ``files``: ready file contents by ending, such as {".png": bytes}, where the picture is
+    not known as numbers.
+    """
+
+    values: Mapping[str, float | int | str] = field(default_factory=dict)
+    pictures: Mapping[str, Picture] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, value in self.values.items():
+            if not NAME_PATTERN.fullmatch(name) or name in RESERVED_COLUMNS or name.upper().startswith("FILE"):
+                raise InvalidInputError(
+                    f"a value is named {name!r}; expected an identifier other than key, seconds, FILE…"
+                )
+            if not isinstance(value, float | int | str | np.generic):
+                raise InvalidInputError(f"the value {name!r} is a {type(value).__name__}; expected a number or a text")
+
+
+@runtime_checkable
+class ComputeNode(Protocol):
+    """What is swept. It is pickled to workers, and keeps there what it can between points."""
+
+    @property
+    def fingerprint(self) -> str:
+        """Changes when the same parameters would compute to something else."""
+
+    def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
+        """Compute one point."""
+
+
+def worker_command(node: Any) -> list[str] | None:
+    """Command of the process that can compute a node, the bootstrap code to be appended; None for plain Python."""
+    command = getattr(node, "worker_command", None)
+    return None if command is None else list(command())
+
+
+def describe(node: Any) -> list[str]:
+    """What the plan says about a node: what stays between points, what is re-lit, what is rendered anew."""
+    lines = getattr(node, "describe", None)
+    return list(lines()) if lines is not None else [type(node).__name__]
+
+
+def point_key(fingerprint: str, parameters: Mapping[str, Value], seed: int) -> str:
+    """Name of a row: SHA-256 (32 hex digits) of what is swept, its parameters and the seed."""
+    plain = {"of": fingerprint, "parameters": dict(parameters), "seed": seed}
+    return hashlib.sha256(json_text(plain).encode()).hexdigest()[:32]
+
+
+def plain_values(values: Mapping[str, Any]) -> dict[str, float | int | str | None]:
+    """Values for JSON: NumPy scalars become Python's; NaN and infinities become None, an empty cell."""
+    plain: dict[str, float | int | str | None] = {}
+    for name, value in values.items():
+        item = value.item() if isinstance(value, np.generic) else value
+        if isinstance(item, bool):
+            item = int(item)
+        plain[name] = None if isinstance(item, float) and not math.isfinite(item) else item
+    return plain
+
+
+def as_outcome(result: Any, name: str) -> Outcome:
+    """An outcome from what a user's function returned: an outcome, a number, or a mapping of numbers and pictures."""
+    if isinstance(result, Outcome):
+        return result
+    if isinstance(result, int | float | np.generic):
+        return Outcome({"result": result if not isinstance(result, np.generic) else result.item()})
+    if not isinstance(result, Mapping):
+        raise InvalidInputError(
+            f"{name} returned a {type(result).__name__}; expected a number, or a dict of numbers, texts and pictures"
+        )
+    values: dict[str, Any] = {}
+    pictures: dict[str, Picture] = {}
+    for key, value in result.items():
+        array = np.asarray(value) if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str) else None
+        if array is None or array.ndim == 0:
+            values[str(key)] = value
+        elif array.ndim in (2, 3):
+            pictures[str(key)] = np.asarray(array, np.float32)
+        elif array.ndim == 1 and array.size <= 256 and array.dtype.kind in "fiub":
+            values |= {f"{key}_{index}": item for index, item in enumerate(array.tolist())}
+        else:
+            raise InvalidInputError(f"{name} returned {key!r} of shape {array.shape}; expected a number or a picture")
+    if pictures and "" not in pictures:
+        first = next(iter(pictures))
+        pictures = {"" if key == first else key: picture for key, picture in pictures.items()}
+    return Outcome(values, pictures)

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a sweep varies: named parameters with ranges, units, scales, and their map to the unit cube."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+
+Value = float | int | str
+"""What a parameter can be set to."""
+Kind = Literal["real", "integer", "choice"]
+NAME_PATTERN = re.compile(r"[^\W\d]\w*", re.UNICODE)
+MAX_PARAMETERS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One swept quantity.
+
+    ``name``: an identifier, the column of the table. ``path``: what it sets (a property path, an argument); the name
+    where empty. ``low``, ``high``: ends of the range in ``unit``, both included. ``scale``: "log"
+    spreads points evenly over the logarithm. ``choices``: the values of a parameter of kind "choice". ``group``: the
+    dimension group in which views show it.
+    """
+
+    name: str
+    low: float = 0.0
+    high: float = 1.0
+    unit: str = ""
+    scale: Literal["linear", "log"] = "linear"
+    kind: Kind = "real"
+    choices: tuple[Value, ...] = ()
+    path: str = ""
+    group: str = "parameters"
+
+    def __post_init__(self) -> None:
+        if not NAME_PATTERN.fullmatch(self.name):
+            raise InvalidInputError(
+                f"a parameter is named {self.name!r}; expected letters, digits and underscores, such as key_energy_w"
+            )
+        if self.scale not in ("linear", "log") or self.kind not in ("real", "integer", "choice"):
+            raise InvalidInputError(
+                f"parameter {self.name!r} has scale {self.scale!r} and kind {self.kind!r}; expected scale linear or "
+                "log, kind real, integer or choice"
+            )
+        if self.kind == "choice":
+            self._check_choices()
+            return
+        if self.choices:
+            raise InvalidInputError(f"parameter {self.name!r} has choices; say kind = 'choice' or leave them out")
+        low, high = self.low, self.high
+        if not (math.isfinite(low) and math.isfinite(high) and low < high and math.isfinite(high - low)):
+            raise InvalidInputError(
+                f"parameter {self.name!r} runs from {low} to {high}; expected finite numbers, low < high. "
+                "Leave out a parameter that should not vary"
+            )
+        if self.scale == "log" and low <= 0:
+            raise InvalidInputError(f"parameter {self.name!r} runs from {low} on a log scale; expected low above 0")
+        if self.kind == "integer" and (low != int(low) or high != int(high)):
+            raise InvalidInputError(
+                f"parameter {self.name!r} counts whole numbers from {low} to {high}; expected whole ends"
+            )
+
+    def _check_choices(self) -> None:
+        if len(self.choices) < 2 or len(set(self.choices)) < len(self.choices):
+            raise InvalidInputError(
+                f"parameter {self.name!r} has choices {list(self.choices)}; expected at least two, each once"
+            )
+        for choice in self.choices:
+            if isinstance(choice, bool) or not isinstance(choice, float | int | str):
+                raise InvalidInputError(f"parameter {self.name!r} has the choice {choice!r}; expected numbers or texts")
+            if isinstance(choice, float) and not math.isfinite(choice):
+                raise InvalidInputError(f"parameter {self.name!r} has the choice {choice}; expected finite numbers")
+        if self.scale == "log":
+            raise InvalidInputError(f"parameter {self.name!r} chooses among values, which have no log scale")
+
+    @property
+    def target(self) -> str:
+        """What is set: the path, else the name."""
+        return self.path or self.name
+
+    @property
+    def count(self) -> int | None:
+        """Number of different values; None for a real parameter."""
+        if self.kind == "choice":
+            return len(self.choices)
+        return int(self.high) - int(self.low) + 1 if self.kind == "integer" else None
+
+    def value(self, unit: float) -> Value:
+        """Value at a coordinate of the unit cube; coordinates outside [0, 1] extrapolate a real range."""
+        if self.kind == "choice":
+            return self.choices[min(max(math.floor(unit * len(self.choices)), 0), len(self.choices) - 1)]
+        if self.kind == "real":
+            return float(self._from_unit(self.low, self.high, unit))
+        if self.scale == "log":  # each whole number owns the interval half a step around it
+            number = round(self._from_unit(self.low - 0.5, self.high + 0.5, unit))
+        else:
+            number = math.floor(self.low + unit * (self.high - self.low + 1))
+        return int(min(max(number, int(self.low)), int(self.high)))
+
+    def coordinate(self, value: Value) -> float:
+        """Coordinate of a value in the unit cube: the middle of its interval for a whole number or a choice."""
+        if self.kind == "choice":
+            if value not in self.choices:
+                raise InvalidInputError(f"{self.name} is {value!r}; the choices are {list(self.choices)}")
+            return (self.choices.index(value) + 0.5) / len(self.choices)
+        number = self._number(value)
+        if self.kind == "real":
+            return self._to_unit(self.low, self.high, number)
+        if self.scale == "log":
+            return self._to_unit(self.low - 0.5, self.high + 0.5, number)
+        return (number - self.low + 0.5) / (self.high - self.low + 1)
+
+    def accepts(self, value: Value) -> bool:
+        """Whether a value lies in the range, or among the choices."""
+        if self.kind == "choice":
+            return value in self.choices
+        return not isinstance(value, str) and self.low <= value <= self.high
+
+    def _number(self, value: Value) -> float:
+        if isinstance(value, bool | str) or not math.isfinite(value):
+            raise InvalidInputError(f"{self.name} is {value!r}; expected a finite number")
+        if self.scale == "log" and value <= 0:
+            raise InvalidInputError(f"{self.name} is {value} on a log scale; expected a number above 0")
+        if self.kind == "integer" and value != int(value):
+            raise InvalidInputError(f"{self.name} is {value}; expected a whole number")
+        return float(value)
+
+    def _from_unit(self, low: float, high: float, unit: float) -> float:
+        if self.scale == "log":
+            value = math.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
+        else:
+            value = low + unit * (high - low)
+        # the exponential may round past the end of the range that its argument is inside of
+        return min(max(value, low), high) if 0.0 <= unit <= 1.0 else value
+
+    def _to_unit(self, low: float, high: float, value: float) -> float:
+        if self.scale == "log":
+            return (math.log(value) - math.log(low)) / (math.log(high) - math.log(low))
+        return (value - low) / (high - low)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain entries for a document; defaults are left out."""
+        plain: dict[str, Any] = {"name": self.name}
+        if self.kind == "choice":
+            plain |= {"choices": list(self.choices)}
+        else:
+            plain |= {"low": self.low, "high": self.high}
+        rest = {"kind": (self.kind, "real"), "unit": (self.unit, ""), "scale": (self.scale, "linear"),
+                "path": (self.path, ""), "group": (self.group, "parameters")}  # fmt: skip
+        return plain | {name: value for name, (value, default) in rest.items() if value != default}
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Parameter:
+        """The parameter of a document's table; InvalidInputError names the entry that is wrong."""
+        given = dict(plain)
+        known = {"name", "low", "high", "unit", "scale", "kind", "choices", "path", "group"}
+        strange = sorted(set(given) - known)
+        if strange or "name" not in given:
+            what = f"has the entry {strange[0]!r}" if strange else "has no name"
+            raise InvalidInputError(f"a parameter {what}; expected name and {', '.join(sorted(known - {'name'}))}")
+        if "choices" in given:
+            given.setdefault("kind", "choice")
+            given["choices"] = tuple(given["choices"]) if isinstance(given["choices"], list | tuple) else ()
+        elif not {"low", "high"} <= set(given):
+            raise InvalidInputError(f"parameter {given['name']!r} has no range; give low and high, or choices")
+        for end in ("low", "high"):
+            if end in given and (isinstance(given[end], bool) or not isinstance(given[end], int | float)):
+                raise InvalidInputError(f"parameter {given['name']!r} has {end} = {given[end]!r}; expected a number")
+        for text in ("name", "unit", "path", "group"):
+            if not isinstance(given.get(text, ""), str):
+                raise InvalidInputError(f"a parameter has {text} = {given[text]!r}; expected a text")
+        return cls(**given)
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """The parameters of a sweep in order, and the unit cube over their ranges."""
+
+    parameters: tuple[Parameter, ...]
+
+    def __post_init__(self) -> None:
+        names = self.names
+        if not 1 <= len(names) <= MAX_PARAMETERS:
+            raise InvalidInputError(f"the sweep has {len(names)} parameters; expected 1 to {MAX_PARAMETERS}")
+        doubled = [name for name in names if names.count(name) > 1]
+        if doubled:
+            raise InvalidInputError(f"two parameters are named {doubled[0]!r}; give each its own name")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in order."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    def __getitem__(self, name: str) -> Parameter:
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        from spectral_core.errors import UnknownNameError
+
+        raise UnknownNameError.among("parameter", name, self.names)
+
+    def values(self, unit_point: Sequence[float] | NDArray[np.float64]) -> dict[str, Value]:
+        """Value of each parameter at a point (n,) of the unit cube."""
+        return {p.name: p.value(float(u)) for p, u in zip(self.parameters, unit_point, strict=True)}
+
+    def coordinates(self, values: Mapping[str, Value]) -> NDArray[np.float64]:
+        """Point (n,) of the unit cube with these values."""
+        missing = [name for name in self.names if name not in values]
+        if missing:
+            raise InvalidInputError(f"the point has no value for {missing[0]!r}; it needs {', '.join(self.names)}")
+        return np.array([p.coordinate(values[p.name]) for p in self.parameters])
+
+    @property
+    def combinations(self) -> int | None:
+        """Number of different points; None where a parameter is real."""
+        counts = [parameter.count for parameter in self.parameters]
+        return None if None in counts else math.prod(count for count in counts if count is not None)

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Warm workers: processes that stay, as a ``concurrent.futures`` executor that survives their deaths.
+
+The standard library's process pool loses every task when one process dies. Here only the task of the dead process
+fails, with ``WorkerDied``, and a new process takes its place. A worker whose driver dies finishes and commits its
+point, then ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future
+from typing import Any
+
+from spectral_core.errors import RenderError
+from spectral_core.render.process.messages import receive, send
+
+MARKER = b"\x00spectral-sweep-worker\x00"
+"""What a worker says first: whatever stands before it, such as Blender's greeting, is passed over."""
+PATH_VARIABLE = "SPECTRAL_SCENE_SYS_PATH"
+BOOTSTRAP = (
+    f"import json, os, sys; sys.path[:] = json.loads(os.environ['{PATH_VARIABLE}']); "
+    "from spectral_core.explore.sweep.pool_worker import main; main()"
+)
+LOG_TAIL_BYTES = 4000
+START_LIMIT_S = 120.0
+
+
+class WorkerDied(RenderError):
+    """The process of a worker ended during a task. ``signal`` is what killed it, 0 where it ended by itself."""
+
+    def __init__(self, message: str, signal: int = 0) -> None:
+        super().__init__(message)
+        self.signal = signal
+
+
+class WorkerPool(Executor):
+    """Processes that stay warm between tasks.
+
+    Parameters
+    ----------
+    workers : how many processes.
+    command : command line of a worker, to which the bootstrap code is appended; this Python by default.
+    threads : processor threads of each worker; None leaves it to the libraries.
+    """
+
+    def __init__(self, workers: int, *, command: Sequence[str] | None = None, threads: int | None = None) -> None:
+        self._command = list(command or [sys.executable, "-c"])
+        self._threads = threads
+        self._tasks: deque[_Task] = deque()
+        self._wake = threading.Condition()
+        self._closed = False
+        self.workers = max(1, int(workers))
+        self._slots = [threading.Thread(target=self._serve, args=(i,), daemon=True) for i in range(self.workers)]
+        self._processes: list[_Process | None] = [None] * self.workers
+        for slot in self._slots:
+            slot.start()
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+        """Run a function on any worker. The option ``avoid`` names a worker (by index) that should not take it."""
+        avoid = options.pop("avoid", None)
+        future: Future[Any] = Future()
+        with self._wake:
+            if self._closed:
+                raise RuntimeError("the workers are shut down")
+            self._tasks.append(_Task(future, (function, arguments, options), avoid if self.workers > 1 else None))
+            self._wake.notify_all()
+        return future
+
+    def process_ids(self) -> list[int]:
+        """Process ids of the workers that run."""
+        return [each.process.pid for each in self._processes if each is not None and each.alive]
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers: after their tasks, or at once where ``wait`` is False."""
+        with self._wake:
+            self._closed = True
+            if cancel_futures or not wait:
+                for task in self._tasks:
+                    task.future.cancel()
+                self._tasks.clear()
+            self._wake.notify_all()
+        if not wait:
+            for process in self._processes:
+                if process is not None:
+                    process.end()
+        for slot in self._slots:
+            slot.join()
+
+    def _serve(self, index: int) -> None:
+        """Thread of one worker: tasks one after the other, a new process after a death."""
+        while True:
+            task = self._next_task(index)
+            if task is None:
+                break
+            if not task.future.set_running_or_notify_cancel():
+                continue
+            try:
+                process = self._running(index)
+                task.future.worker = index  # type: ignore[attr-defined]
+                succeeded, answer = process.call(task.call)
+            except BaseException as error:
+                task.future.set_exception(error)
+                continue
+            if succeeded:
+                task.future.set_result(answer)
+            else:
+                task.future.set_exception(answer)
+        ended, self._processes[index] = self._processes[index], None
+        if ended is not None:
+            ended.end()
+
+    def _next_task(self, index: int) -> _Task | None:
+        with self._wake:
+            while True:
+                for task in self._tasks:
+                    if task.avoid != index:
+                        self._tasks.remove(task)
+                        return task
+                if self._closed and not self._tasks:
+                    return None
+                self._wake.wait(0.5 if self._closed else None)
+
+    def _running(self, index: int) -> _Process:
+        process = self._processes[index]
+        if process is None or not process.alive:
+            if process is not None:
+                process.end()
+            process = self._processes[index] = _Process(self._command, self._threads)
+        return process
+
+
+class _Task:
+    __slots__ = ("avoid", "call", "future")
+
+    def __init__(self, future: Future[Any], call: tuple[Any, ...], avoid: int | None) -> None:
+        self.future, self.call, self.avoid = future, call, avoid
+
+
+class _Process:
+    """One worker process and its pipes."""
+
+    def __init__(self, command: Sequence[str], threads: int | None) -> None:
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        paths = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100
+        environment = {**os.environ, PATH_VARIABLE: json.dumps(paths)}
+        if threads is not None:
+            environment |= {
+                name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+            }
+            environment["SPECTRAL_SCENE_THREADS"] = str(threads)
+        try:
+            self.process = subprocess.Popen(
+                [*command, BOOTSTRAP], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment,
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0), start_new_session=True,
+            )  # fmt: skip
+        except OSError as error:
+            raise RenderError(f"a worker cannot be started with {command[0]!r}: {error}") from error
+        self._await_marker()
+
+    def _await_marker(self) -> None:
+        stream, seen = self.process.stdout, b""
+        assert stream is not None
+        timer = threading.Timer(START_LIMIT_S, self.process.kill)
+        timer.start()
+        try:
+            while not seen.endswith(MARKER):
+                byte = stream.read(1)
+                if not byte:
+                    raise self._death("before it was ready")
+                seen = (seen + byte)[-len(MARKER) :]
+        finally:
+            timer.cancel()
+
+    @property
+    def alive(self) -> bool:
+        return self.process.poll() is None
+
+    def call(self, task: tuple[Any, ...]) -> tuple[bool, Any]:
+        """Send a task and wait for its answer; WorkerDied where the process ended."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        try:
+            send(self.process.stdin, task)  # type: ignore[arg-type]
+            return receive(self.process.stdout)  # type: ignore[arg-type]
+        except (EOFError, BrokenPipeError, ConnectionError, OSError):
+            raise self._death("during a point") from None
+
+    def _death(self, when: str) -> WorkerDied:
+        try:
+            code = self.process.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = self.process.wait()
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        return WorkerDied(f"a worker {how} {when}{self._last_words()}", max(0, -code))
+
+    def _last_words(self) -> str:
+        with contextlib.suppress(ValueError):
+            self._log.seek(0, os.SEEK_END)
+            self._log.seek(max(0, self._log.tell() - LOG_TAIL_BYTES))
+            text = self._log.read().decode("utf-8", "replace").strip()
+            return f"\nIts last words:\n{text}" if text else ""
+        return ""
+
+    def end(self) -> None:
+        """End the process and collect it."""
+        if self.alive:
+            self.process.kill()
+        self.process.wait()
+        for stream in (self.process.stdin, self.process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError, ValueError):  # ValueError: another thread closed it
+                    stream.close()
+        self._log.close()

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The process of a warm worker: tasks from standard input, answers to standard output, until the input closes."""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import pickle
+import signal
+import sys
+
+from spectral_core.explore.sweep.pool import MARKER
+from spectral_core.render.process.messages import receive, send
+
+
+def main() -> None:
+    """Serve tasks. A driver that is gone is noticed after the task at hand, which is committed first."""
+    faulthandler.enable()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the driver's to answer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a library prints goes to the log, not between the messages
+    _limit_threads()
+    answers.write(MARKER)
+    answers.flush()
+    while True:
+        try:
+            function, arguments, options = receive(sys.stdin.buffer)
+        except EOFError:
+            return
+        except Exception as error:  # a task that cannot be unpickled: say so, the stream is at the next message
+            _answer(answers, False, _plain(error))
+            continue
+        try:
+            result = function(*arguments, **options)
+        except Exception as error:
+            _answer(answers, False, _plain(error))
+        else:
+            _answer(answers, True, result)
+
+
+def _answer(answers: object, succeeded: bool, content: object) -> None:
+    try:
+        send(answers, (succeeded, content))  # type: ignore[arg-type]
+    except (BrokenPipeError, OSError):
+        os._exit(0)  # the driver is gone; what was computed is committed
+    except Exception as error:
+        send(answers, (False, _plain(error)))  # type: ignore[arg-type]
+
+
+def _plain(error: Exception) -> Exception:
+    """The error where it survives a pickle, else one with its text."""
+    import traceback
+
+    traceback.print_exc()
+    try:
+        pickle.loads(pickle.dumps(error))
+        return error
+    except Exception:
+        from spectral_core.errors import RenderError
+
+        return RenderError(f"{type(error).__name__}: {error}")
+
+
+def _limit_threads() -> None:
+    """Give Dr.Jit as many threads as this worker may use, when it is loaded."""
+    threads = os.environ.get("SPECTRAL_SCENE_THREADS")
+    if not threads:
+        return
+    try:
+        import drjit
+
+        drjit.set_thread_count(max(1, int(threads) - 1))
+    except (ImportError, AttributeError, ValueError):
+        return
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Regions of interest (R2): ranges, linear constraints and a p-norm ball over the parameters of a sweep.
+
+A region is written in values; ranges that it does not name are those of the sweep. ``in_unit_cube`` is the same
+region as the lattice sees it. ``transferred`` carries it to another sweep by parameter names.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.constraints import parse_constraint
+from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.lattice import Region, ball, box, halfspaces
+
+
+@dataclass(frozen=True, slots=True)
+class NormBall:
+    """Points whose scaled distance from a center is at most 1, in the p-norm.
+
+    ``center``: values by parameter. ``radii``: in the parameter's unit, in decades where its scale is log. A parameter
+    without a radius is not limited by the ball.
+    """
+
+    center: Mapping[str, float]
+    radii: Mapping[str, float]
+    p: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class RegionOfInterest:
+    """Ranges (values by name, inside or beyond those of the sweep), chosen values, constraints, one ball."""
+
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    choices: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    constraints: tuple[str, ...] = ()
+    ball: NormBall | None = None
+    name: str = ""
+
+    def checked(self, space: Space) -> RegionOfInterest:
+        """This region where it fits the parameters; InvalidInputError says what does not."""
+        for name, (low, high) in self.ranges.items():
+            parameter = space[name]
+            if parameter.kind == "choice":
+                raise InvalidInputError(f"{name} chooses among values; limit it with choices, not with a range")
+            if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+                raise InvalidInputError(f"the region's {name} runs from {low} to {high}; expected low <= high")
+            if low == high and parameter.kind == "real":
+                raise InvalidInputError(f"the region's {name} is {low} alone; leave some room between low and high")
+            if parameter.scale == "log" and low <= 0:
+                raise InvalidInputError(f"the region's {name} starts at {low} on a log scale; expected above 0")
+            if parameter.kind == "integer" and not (
+                parameter.low <= math.ceil(low) <= math.floor(high) <= parameter.high
+            ):
+                raise InvalidInputError(
+                    f"the region's {name} runs from {low} to {high}; expected whole numbers within "
+                    f"{parameter.low:g} to {parameter.high:g}"
+                )
+        for name, values in self.choices.items():
+            parameter = space[name]
+            for value in values:
+                if parameter.kind != "choice" or value not in parameter.choices:
+                    raise InvalidInputError(f"the region's {name} may be {value!r}, which the sweep does not offer")
+        for text in self.constraints:
+            parse_constraint(text, space)
+        if self.ball is not None:
+            _check_ball(self.ball, space)
+        return self
+
+    def in_unit_cube(self, space: Space) -> Region:
+        """The convex region over unit coordinates; choices are not in it (see ``contains``)."""
+        low, high = np.zeros(len(space.parameters)), np.ones(len(space.parameters))
+        for index, parameter in enumerate(space.parameters):
+            if parameter.name in self.ranges:
+                ends = self.ranges[parameter.name]
+                if parameter.kind == "integer":
+                    half = 0.5 / (parameter.high - parameter.low + 1)  # a whole number owns its interval
+                    first, last = (parameter.coordinate(float(v)) for v in (math.ceil(ends[0]), math.floor(ends[1])))
+                    if parameter.scale == "log":
+                        half = 1e-9
+                    low[index], high[index] = first - half, last + half
+                else:
+                    low[index], high[index] = (parameter.coordinate(v) for v in ends)
+        region = box(low, high)
+        rows = [one.row(space) for text in self.constraints for one in parse_constraint(text, space)]
+        if rows:
+            region = region & halfspaces([row for row, _ in rows], [bound for _, bound in rows])
+        if self.ball is not None:
+            region = region & _unit_ball(self.ball, space)
+        return region
+
+    def contains(self, space: Space, values: Mapping[str, Value]) -> bool:
+        """Whether the point with these values lies in the region (ends included)."""
+        for parameter in space.parameters:
+            value = values[parameter.name]
+            if parameter.kind == "choice":
+                if value not in self.choices.get(parameter.name, parameter.choices):
+                    return False
+                continue
+            low, high = self.ranges.get(parameter.name, (parameter.low, parameter.high))
+            if isinstance(value, str) or not low <= value <= high:
+                return False
+        numbers = {name: value for name, value in values.items() if not isinstance(value, str)}
+        for text in self.constraints:
+            if not all(one.holds(space, numbers) for one in parse_constraint(text, space)):
+                return False
+        if self.ball is None:
+            return True
+        point = space.coordinates(values)[None]
+        unit_ball = _unit_ball(self.ball, space)
+        return bool(unit_ball.contains(point)[0])
+
+    def transferred(self, space: Space) -> tuple[RegionOfInterest, list[str]]:
+        """The part of this region that another sweep's parameters can state, and notes on what was left out."""
+        notes = []
+        ranges = {name: ends for name, ends in self.ranges.items() if name in space.names}
+        choices = {name: values for name, values in self.choices.items() if name in space.names}
+        notes += [f"the range of {name} is left out: the sweep has no such parameter"
+                  for name in {**self.ranges, **self.choices} if name not in space.names]  # fmt: skip
+        kept = []
+        for text in self.constraints:
+            try:
+                parse_constraint(text, space)
+                kept.append(text)
+            except InvalidInputError as error:
+                notes.append(f"a constraint is left out: {error}")
+        one = self.ball
+        if one is not None and not set(one.radii) <= set(space.names):
+            notes.append("the ball is left out: the sweep lacks a parameter that it limits")
+            one = None
+        return RegionOfInterest(ranges, choices, tuple(kept), one, self.name).checked(space), notes
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain entries for a document."""
+        plain: dict[str, Any] = {}
+        if self.name:
+            plain["name"] = self.name
+        if self.ranges:
+            plain["ranges"] = {name: list(ends) for name, ends in self.ranges.items()}
+        if self.choices:
+            plain["choices"] = {name: list(values) for name, values in self.choices.items()}
+        if self.constraints:
+            plain["constraints"] = list(self.constraints)
+        if self.ball is not None:
+            one = self.ball
+            plain["ball"] = {
+                "center": dict(one.center),
+                "radii": dict(one.radii),
+                "p": "inf" if math.isinf(one.p) else one.p,
+            }
+        return plain
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> RegionOfInterest:
+        """The region of a document's table."""
+        strange = sorted(set(plain) - {"name", "ranges", "choices", "constraints", "ball"})
+        if strange:
+            raise InvalidInputError(
+                f"the region has the entry {strange[0]!r}; expected name, ranges, choices, constraints, ball"
+            )
+        try:
+            ranges = {str(name): (float(low), float(high)) for name, (low, high) in plain.get("ranges", {}).items()}
+            choices = {str(name): tuple(values) for name, values in plain.get("choices", {}).items()}
+            given = plain.get("constraints", [])
+            constraints = (given,) if isinstance(given, str) else tuple(given)
+            one = None
+            if plain.get("ball") is not None:
+                table = plain["ball"]
+                one = NormBall(
+                    {str(k): float(v) for k, v in table["center"].items()},
+                    {str(k): float(v) for k, v in table["radii"].items()},
+                    float(table.get("p", 2.0)),
+                )
+        except (TypeError, ValueError, KeyError, AttributeError) as error:
+            raise InvalidInputError(
+                f"the region cannot be read ({error!r}); expected ranges = {{name = [low, high]}}, constraints = "
+                "[texts], ball = {center = {…}, radii = {…}, p = 2}"
+            ) from error
+        return cls(ranges, choices, constraints, one, str(plain.get("name", "")))
+
+
+def bounding_region(space: Space, points: Sequence[Mapping[str, Value]], name: str = "") -> RegionOfInterest:
+    """The smallest ranges and choices that hold all points: a label drawn back into the input space."""
+    if not points:
+        raise InvalidInputError("no point is given, so there is no region around them; select some first")
+    ranges: dict[str, tuple[float, float]] = {}
+    choices: dict[str, tuple[Value, ...]] = {}
+    for parameter in space.parameters:
+        values = [point[parameter.name] for point in points]
+        if parameter.kind == "choice":
+            choices[parameter.name] = tuple(choice for choice in parameter.choices if choice in values)
+            continue
+        numbers = [float(value) for value in values]
+        low, high = min(numbers), max(numbers)
+        if low == high and parameter.kind == "real":  # one value: a hundredth of the range around it
+            middle = parameter.coordinate(low)
+            low, high = float(parameter.value(middle - 0.005)), float(parameter.value(middle + 0.005))
+        ranges[parameter.name] = (low, high)
+    return RegionOfInterest(ranges, choices, name=name)
+
+
+def _check_ball(one: NormBall, space: Space) -> None:
+    if not one.radii or not one.p >= 1:
+        raise InvalidInputError(f"the ball has p = {one.p} and {len(one.radii)} radii; expected p >= 1 and some radii")
+    for name, radius in one.radii.items():
+        if space[name].kind == "choice":
+            raise InvalidInputError(f"{name} chooses among values, so a ball cannot limit it")
+        if name not in one.center or not (math.isfinite(radius) and radius > 0):
+            raise InvalidInputError(f"the ball needs a center and a positive radius for {name}; got {radius}")
+
+
+def _unit_ball(one: NormBall, space: Space) -> Region:
+    """The ball in unit coordinates; a parameter that it does not limit gets a radius far beyond its range."""
+    center, radii = np.full(len(space.parameters), 0.5), np.full(len(space.parameters), 1e6)
+    for name, radius in one.radii.items():
+        index, parameter = space.names.index(name), space[name]
+        value = float(one.center[name])
+        center[index] = parameter.coordinate(round(value) if parameter.kind == "integer" else value)
+        if parameter.scale == "log":
+            radii[index] = radius / (math.log10(parameter.high) - math.log10(parameter.low))
+        else:
+            radii[index] = radius / (parameter.high - parameter.low + (parameter.kind == "integer"))
+    return ball(center, radii, p=one.p)

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Running a sweep: pending points to an executor, outcomes to the ledger, failures retried once, then set aside.
+
+Any ``concurrent.futures`` executor will do: the store owns the truth, not the executor. Running again computes only
+what is missing, whatever ended the run before.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from typing import Any
+
+from spectral_core.errors import RenderError, SpectralError
+from spectral_core.explore.sweep.files import only_holder
+from spectral_core.explore.sweep.pool import WorkerDied, WorkerPool
+from spectral_core.explore.sweep.store import Store
+from spectral_core.explore.sweep.task import Receipt, compute_point
+
+MAX_FAILURES = 2
+"""Attempts that end with an error or a crash before a point is set aside: the first, and one elsewhere."""
+MAX_INTERRUPTIONS = 5
+"""Attempts that were killed from outside (SIGKILL, SIGTERM) before a point is set aside."""
+KILLED_FROM_OUTSIDE = (9, 15)
+TABLE_EVERY_S = 15.0
+
+
+@dataclass(frozen=True, slots=True)
+class SweepProgress:
+    """How far a run is. ``seconds_left`` is None until a point is done."""
+
+    done: int
+    failed: int
+    total: int
+    running: int
+    seconds: float
+    seconds_left: float | None
+
+
+@dataclass(slots=True)
+class SweepReport:
+    """What a run did. ``computed`` counts points of this run, ``reused`` those that were done before."""
+
+    total: int = 0
+    computed: int = 0
+    reused: int = 0
+    recovered: int = 0
+    seconds: float = 0.0
+    computing_seconds: float = 0.0
+    cancelled: bool = False
+    failures: dict[str, str] = field(default_factory=dict)
+    """Reason of each point that is set aside, by key."""
+
+    def reasons(self) -> list[tuple[str, int]]:
+        """Reasons of failures and how many points each has, most first."""
+        return Counter(reason.splitlines()[0][:200] for reason in self.failures.values()).most_common()
+
+
+def run_sweep(
+    store: Store,
+    node: Any,
+    *,
+    keys: Iterable[str] | None = None,
+    executor: Executor | None = None,
+    workers: int = 1,
+    in_flight: int | None = None,
+    linear: bool = True,
+    on_progress: Callable[[SweepProgress], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> SweepReport:
+    """Compute the points of a store that are not done.
+
+    Parameters
+    ----------
+    store : the store; its points are entered already.
+    node : what computes a point, with the fingerprint of the store's project.
+    keys : only these rows; all by default.
+    executor : who computes; ``workers`` warm processes by default.
+    workers : number of processes where no executor is given.
+    in_flight : points handed out at once; twice the workers of an executor that tells them, by default.
+    linear : also store linear pictures (EXR).
+    on_progress : called after each point.
+    should_stop : asked a few times a second; the points at hand are given up.
+
+    Raises
+    ------
+    InvalidInputError : another process runs this sweep, or the node is not the one that the store was made with.
+    """
+    from spectral_core.errors import InvalidInputError
+
+    if node.fingerprint != store.project.fingerprint:
+        raise InvalidInputError(
+            "what is swept has changed since this folder was made, so its rows would not fit together; "
+            "name another folder for the new sweep"
+        )
+    with only_holder(store.folder / "driver.lock", f"the sweep in {store.folder}"):
+        own = None
+        if executor is None:
+            from spectral_core.explore.sweep.outcome import worker_command
+
+            executor = own = WorkerPool(workers, command=worker_command(node), threads=_threads_each(workers))
+        run = _Run(store, node, executor, in_flight or _capacity(executor, workers), linear)
+        try:
+            return run.all(keys, on_progress, should_stop)
+        finally:
+            if own is not None:
+                own.shutdown(wait=False)
+
+
+def _threads_each(workers: int) -> int | None:
+    import os
+
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, cores // max(1, workers)) if workers > 1 else None
+
+
+def _capacity(executor: Executor, workers: int) -> int:
+    if isinstance(executor, WorkerPool):
+        return executor.workers
+    return 2 * int(getattr(executor, "_max_workers", max(workers, 8)))
+
+
+class _Run:
+    """The state of one run."""
+
+    def __init__(self, store: Store, node: Any, executor: Executor, capacity: int, linear: bool) -> None:
+        self.store, self.node, self.executor, self.capacity = store, node, executor, capacity
+        self.address = store.address(linear=linear)
+        self.report = SweepReport()
+        self.flying: dict[Future[Any], str] = {}
+        self.queue: deque[tuple[str, int | None]] = deque()
+
+    def all(
+        self,
+        keys: Iterable[str] | None,
+        on_progress: Callable[[SweepProgress], None] | None,
+        should_stop: Callable[[], bool] | None,
+    ) -> SweepReport:
+        start = written = time.monotonic()
+        report, store = self.report, self.store
+        report.recovered = store.recover()
+        store.ledger.interrupt_open()
+        chosen = None if keys is None else set(keys)
+        rows = [row for row in store.ledger.rows() if chosen is None or row.key in chosen]
+        self.parameters = {row.key: row.parameters for row in rows}
+        report.total = len(rows)
+        report.reused = sum(row.state == "done" for row in rows)
+        report.failures = {row.key: row.reason or "" for row in rows if row.state == "failed"}
+        self.queue.extend((row.key, None) for row in rows if row.state == "pending")
+        try:
+            while self.queue or self.flying:
+                self._submit()
+                done, _ = wait(self.flying, timeout=0.2, return_when=FIRST_COMPLETED)
+                for future in done:
+                    self._settle(future)
+                if done and on_progress is not None:
+                    on_progress(self._progress(time.monotonic() - start))
+                if should_stop is not None and should_stop():
+                    report.cancelled = True
+                    break
+                if done and time.monotonic() - written > TABLE_EVERY_S:
+                    store.write_table()
+                    written = time.monotonic()
+        finally:
+            self._give_up()
+            report.seconds = time.monotonic() - start
+            if report.computed + report.reused or report.failures:
+                store.write_table()
+        return report
+
+    def _submit(self) -> None:
+        while self.queue and len(self.flying) < self.capacity:
+            key, avoid = self.queue.popleft()
+            self.store.ledger.begin(key, type(self.executor).__name__)
+            arguments = (self.node, self.parameters[key], self.store.project.seed, key, self.address)
+            options: dict[str, Any] = {"avoid": avoid} if isinstance(self.executor, WorkerPool) else {}
+            self.flying[self.executor.submit(compute_point, *arguments, **options)] = key
+
+    def _settle(self, future: Future[Any]) -> None:
+        key = self.flying.pop(future)
+        try:
+            receipt: Receipt = future.result()
+        except (BrokenProcessPool, CancelledError) as error:
+            self.store.ledger.end_attempt(key, "interrupted", repr(error))
+            raise RenderError(
+                f"the executor broke down ({error!r}); what was computed is safe, run the sweep again to go on"
+            ) from error
+        except Exception as error:
+            self._failed(key, error, getattr(future, "worker", None))
+            return
+        self.store.take_in(receipt)
+        self.report.computed += 1
+        self.report.computing_seconds += receipt.record["seconds"]
+
+    def _failed(self, key: str, error: Exception, worker: int | None) -> None:
+        """Note a failure; again elsewhere, or set aside."""
+        spooled = self.store.folder / "outcome" / f"{key}.json"
+        if spooled.exists():  # it died after its commit: nothing is lost
+            self.store.recover()
+            self.report.computed += 1
+            return
+        killed = isinstance(error, WorkerDied) and error.signal in KILLED_FROM_OUTSIDE
+        text = str(error) if isinstance(error, SpectralError) else f"{type(error).__name__}: {error}"
+        ledger = self.store.ledger
+        ledger.end_attempt(key, "interrupted" if killed else "failed", text)
+        limit = MAX_INTERRUPTIONS if killed else MAX_FAILURES
+        if ledger.attempts(key, "interrupted" if killed else "failed") >= limit:
+            ledger.set_aside(key, text)
+            self.report.failures[key] = text
+        else:
+            self.queue.append((key, worker))
+
+    def _progress(self, seconds: float) -> SweepProgress:
+        report = self.report
+        done, failed = report.reused + report.computed, len(report.failures)
+        left = report.total - done - failed
+        each = seconds / report.computed if report.computed else None
+        return SweepProgress(
+            done, failed, report.total, len(self.flying), seconds, None if each is None else each * left
+        )
+
+    def _give_up(self) -> None:
+        """Close what is still open: a cancelled run leaves no attempt behind."""
+        for future, key in self.flying.items():
+            if not future.cancel() and future.done() and future.exception() is None:
+                self.store.take_in(future.result())
+                self.report.computed += 1
+            else:
+                self.store.ledger.end_attempt(key, "interrupted", "the run was stopped")
+        self.flying.clear()

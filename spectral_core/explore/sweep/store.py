@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The store of a sweep (R8): a Cinema Spec D folder with a project file and a ledger, which owns the truth.
+
+``NAME.cdb/``: ``data.csv`` and ``image/`` are what other programs open; ``project.json`` says what was swept and how;
+``ledger.sqlite`` holds every point and attempt. ``outcome/`` and ``lease/`` pass outcomes from workers to the ledger.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import shutil
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.explore.features.expression import evaluate_columns
+from spectral_core.explore.sweep.cinema import csv_text
+from spectral_core.explore.sweep.designs import Design, Point
+from spectral_core.explore.sweep.files import file_lock, read_json, write_whole
+from spectral_core.explore.sweep.ledger import Ledger, Row
+from spectral_core.explore.sweep.outcome import point_key
+from spectral_core.explore.sweep.parameters import NAME_PATTERN, Parameter, Space
+from spectral_core.explore.sweep.region import RegionOfInterest
+from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files
+
+FORMAT, VERSION = "spectral-scene sweep project", 1
+TIMING_COLUMN = "seconds"
+"""The one column that is measured anew on every machine."""
+
+
+@dataclass(slots=True)
+class Project:
+    """What project.json holds, beside the points."""
+
+    space: Space
+    region: RegionOfInterest
+    design: Design
+    compute: dict[str, Any] = field(default_factory=dict)
+    fingerprint: str = ""
+    seed: int = 0
+    store_id: str = field(default_factory=lambda: secrets.token_hex(16))
+    expressions: dict[str, str] = field(default_factory=dict)
+    regions: dict[str, dict[str, Any]] = field(default_factory=dict)
+    views: dict[str, Any] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    environment: dict[str, str] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON."""
+        return {
+            "format": FORMAT,
+            "version": VERSION,
+            "id": self.store_id,
+            "parameters": [parameter.to_dict() for parameter in self.space.parameters],
+            "region": self.region.to_dict(),
+            "design": self.design.to_dict(),
+            "compute": self.compute,
+            "fingerprint": self.fingerprint,
+            "seed": self.seed,
+            "expressions": self.expressions,
+            "regions": self.regions,
+            "views": self.views,
+            "units": self.units,
+            "environment": self.environment,
+        }
+
+    @classmethod
+    def from_dict(cls, plain: Any, name: str) -> Project:
+        """The project of a file; FileFormatError where it is none."""
+        if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+            raise FileFormatError(f"{name} is no project of a sweep")
+        if plain.get("version") != VERSION:
+            raise FileFormatError(f"{name} has version {plain.get('version')!r}; this program reads version {VERSION}")
+        try:
+            space = Space(tuple(Parameter.from_dict(each) for each in plain["parameters"]))
+            return cls(
+                space,
+                RegionOfInterest.from_dict(plain["region"]),
+                Design.from_dict(plain["design"]),
+                dict(plain["compute"]),
+                str(plain["fingerprint"]),
+                int(plain["seed"]),
+                str(plain["id"]),
+                *(dict(plain[part]) for part in ("expressions", "regions", "views", "units", "environment")),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileFormatError(f"{name} is incomplete: {error!r}") from error
+
+
+class Store:
+    """An open store. Only one process drives a sweep at a time (``only_holder`` on ``driver.lock``)."""
+
+    def __init__(self, folder: Path, project: Project) -> None:
+        self.folder = folder
+        self.project = project
+        for name in ("image", "outcome", "lease"):
+            (folder / name).mkdir(exist_ok=True)
+        self.ledger = Ledger(folder / "ledger.sqlite")
+
+    @classmethod
+    def create(cls, folder: Path, project: Project) -> Store:
+        """A new store; InvalidInputError where the folder holds something else."""
+        folder = cdb_folder(folder)
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
+        project.region.checked(project.space)
+        project.design = project.design.placed(project.space)
+        project.environment = _environment()
+        folder.mkdir(parents=True, exist_ok=True)
+        store = cls(folder, project)
+        store.save_project()
+        return store
+
+    @classmethod
+    def open(cls, folder: Path) -> Store:
+        """An existing store. Raises FileFormatError where there is none."""
+        folder = cdb_folder(folder)
+        if not (folder / "project.json").is_file():
+            raise FileFormatError(f"{folder} holds no sweep (no project.json)")
+        return cls(folder, Project.from_dict(read_json(folder / "project.json"), str(folder / "project.json")))
+
+    def close(self) -> None:
+        """Close the ledger."""
+        self.ledger.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def address(self, *, linear: bool = True) -> StoreAddress:
+        """What workers need to commit."""
+        return StoreAddress(str(self.folder.resolve()), self.project.store_id, linear)
+
+    def save_project(self) -> None:
+        """Write project.json."""
+        write_whole(self.folder / "project.json", json.dumps(self.project.to_dict(), indent=1, allow_nan=False) + "\n")
+
+    def key(self, point: Mapping[str, Any]) -> str:
+        """Row key of a point of this project."""
+        return point_key(self.project.fingerprint, point, self.project.seed)
+
+    def enter(self, points: Iterable[Point]) -> int:
+        """Enter points into the ledger; those that it holds are left as they are. Returns how many are new."""
+        return self.ledger.add((self.key(point), point) for point in points)
+
+    def known_points(self) -> list[Point]:
+        """Points that the ledger holds, failed ones excepted."""
+        return [row.parameters for row in self.ledger.rows() if row.state != "failed"]
+
+    def take_in(self, receipt: Receipt) -> None:
+        """Enter a worker's outcome into the ledger, and its files where it could not write them."""
+        if receipt.contents:
+            with file_lock(self.folder / "lease" / receipt.key):
+                commit_files(self.folder, receipt.key, receipt.record, receipt.contents)
+        record = receipt.record
+        self.ledger.commit(receipt.key, record["values"], record["files"], record["seconds"])
+        self._drop_spool(receipt.key)
+
+    def _drop_spool(self, key: str) -> None:
+        (self.folder / "outcome" / f"{key}.json").unlink(missing_ok=True)
+        (self.folder / "lease" / key).unlink(missing_ok=True)
+
+    def recover(self) -> int:
+        """Take in outcomes that workers committed and no driver entered; returns how many."""
+        found = 0
+        known = self.ledger.states()
+        for path in sorted((self.folder / "outcome").glob("*.json")):
+            if path.stem in known:
+                self.take_in(Receipt(path.stem, read_json(path)))
+                found += 1
+        for place in (self.folder, self.folder / "image", self.folder / "outcome"):
+            for leftover in place.glob(".*.tmp"):  # of a process that was ended while it wrote
+                leftover.unlink(missing_ok=True)
+        return found
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The finished rows by column: parameters, values, seconds, manual columns, expressions, key, files."""
+        return self._table(self.ledger.rows("done"))
+
+    def _table(self, rows: list[Row]) -> dict[str, list[Any]]:
+        table: dict[str, list[Any]] = {}
+        for name in self.project.space.names:
+            table[name] = [row.parameters.get(name) for row in rows]
+        for name in dict.fromkeys(name for row in rows for name in row.outcome):
+            if name not in table:
+                table[name] = [row.outcome.get(name) for row in rows]
+        table[TIMING_COLUMN] = [row.seconds for row in rows]
+        for name, by_key in sorted(self.ledger.manual().items()):
+            table[name] = [by_key.get(row.key) for row in rows]
+        if rows:
+            table |= evaluate_columns(self.project.expressions, table)
+        table["key"] = [row.key for row in rows]
+        for name in dict.fromkeys(name for row in rows for name in row.files):
+            table[name] = [row.files.get(name) for row in rows]
+        return table
+
+    def write_table(self) -> Path:
+        """Write data.csv of all finished rows, in the order of the design."""
+        table = self.columns()
+        rows = ({name: column[i] for name, column in table.items()} for i in range(len(table["key"])))
+        path = self.folder / "data.csv"
+        write_whole(path, csv_text(list(table), rows))
+        return path
+
+    def derive(self, name: str, expression: str) -> None:
+        """Add a column computed from others; InvalidInputError where the expression is not safe or does not fit."""
+        require_column_name(name)
+        table = self.columns()
+        if name in table and name not in self.project.expressions:
+            raise InvalidInputError(f"there is a column {name!r} already; take another name")
+        without = {key: column for key, column in table.items() if key not in self.project.expressions}
+        evaluate_columns({**self.project.expressions, name: expression}, without)
+        self.project.expressions[name] = expression
+        self.save_project()
+
+    def label(self, name: str, values: Mapping[str, float | int | str | None]) -> None:
+        """Set a manual column at some rows by key; None erases."""
+        require_column_name(name)
+        states = self.ledger.states()
+        unknown = [key for key in values if key not in states]
+        if unknown:
+            raise InvalidInputError(f"the sweep has no row {unknown[0][:64]!r}")
+        taken = {*self.project.space.names, *self.project.expressions, TIMING_COLUMN, "key"}
+        taken |= {column for row in self.ledger.rows("done")[:1] for column in row.outcome}
+        if name in taken:
+            raise InvalidInputError(f"{name!r} is not a manual column; take another name")
+        for value in values.values():
+            if value is not None and (isinstance(value, bool) or not isinstance(value, float | int | str)):
+                raise InvalidInputError(f"a manual value is {value!r}; expected a number or a text")
+            if isinstance(value, str) and len(value) > 1000:
+                raise InvalidInputError("a label is at most 1000 characters long")
+        self.ledger.set_manual(name, values)
+
+
+def require_column_name(name: str) -> str:
+    """An identifier that is no FILE column."""
+    if (
+        not isinstance(name, str)
+        or not NAME_PATTERN.fullmatch(name)
+        or name.upper().startswith("FILE")
+        or len(name) > 64
+    ):
+        raise InvalidInputError(f"{str(name)[:80]!r} cannot name a column; expected letters, digits and underscores")
+    return name
+
+
+def cdb_folder(folder: Path) -> Path:
+    """The folder with the ending .cdb, by which Cinema's viewers know it."""
+    path = Path(folder).expanduser()
+    return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
+
+
+def copy_portable(store: Store, target: Path) -> Path:
+    """A copy of a store that another machine opens: everything but locks and temporary files."""
+    target = cdb_folder(target)
+    store.write_table()
+    left_here = shutil.ignore_patterns("lease", ".spectral-unfinished-*", "ledger.sqlite*", "driver.lock")
+    shutil.copytree(store.folder, target, ignore=left_here)
+    store.ledger.copy_to(target / "ledger.sqlite")
+    return target
+
+
+def _environment() -> dict[str, str]:
+    import platform
+
+    import numpy
+    import scipy
+
+    from spectral_core import __version__
+
+    return {
+        "spectral_scene": __version__, "python": platform.python_version(), "numpy": numpy.__version__,
+        "scipy": scipy.__version__, "machine": platform.machine(), "system": platform.system(),
+    }  # fmt: skip

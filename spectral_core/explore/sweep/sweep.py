@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sweep from its file to its table: opened or made, planned, extended, run, compared with its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.designs import design_points
+from spectral_core.explore.sweep.document import SweepDocument
+from spectral_core.explore.sweep.outcome import describe
+from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep
+from spectral_core.explore.sweep.store import Store, cdb_folder
+from spectral_core.explore.sweep.task import compute_point
+
+REFERENCE_KEY = "reference"
+
+
+@dataclass(frozen=True, slots=True)
+class SweepPlan:
+    """What a run will do, in numbers and words. ``new`` points are computed, ``reused`` are done already."""
+
+    keys: tuple[str, ...]
+    new: int
+    reused: int
+    lines: tuple[str, ...]
+    seconds: float | None
+    """Time expected with one worker, from the points done so far; None before the first."""
+
+
+class Sweep:
+    """A document, its compute node and its store."""
+
+    def __init__(self, document: SweepDocument, folder: Path) -> None:
+        self.document = document
+        self.node = document.node()
+        place = cdb_folder(folder)
+        if (place / "project.json").is_file():
+            self.store = Store.open(place)
+            self._fit()
+        else:
+            self.store = Store.create(place, document.project(self.node.fingerprint))
+
+    def _fit(self) -> None:
+        """Take the document's region, budget and columns over; refuse what would mix different rows."""
+        project, document = self.store.project, self.document
+        mine, theirs = ([(p.name, p.kind, p.scale, p.choices, p.target) for p in space.parameters]
+                        for space in (document.space, project.space))  # fmt: skip
+        if mine != theirs or document.seed != project.seed or self.node.fingerprint != project.fingerprint:
+            what = (
+                "its parameters"
+                if mine != theirs
+                else "its seed"
+                if document.seed != project.seed
+                else "what it computes"
+            )
+            raise InvalidInputError(
+                f"{self.store.folder} holds another sweep: {what} differ. Its rows do not fit; name another folder"
+            )
+        ranges = {
+            p.name: (float(p.low), float(p.high))
+            for p, old in zip(document.space.parameters, project.space.parameters, strict=True)
+            if p.kind != "choice" and (p.low, p.high) != (old.low, old.high)
+        }
+        region = document.region
+        project.region = replace(region, ranges={**ranges, **region.ranges}).checked(project.space)
+        same_design = (document.design.kind, document.design.seed, document.design.rate) == (
+            project.design.kind, project.design.seed, project.design.rate)  # fmt: skip
+        frame = (project.design.frame, project.design.shifts) if same_design else (None, ())
+        project.design = replace(document.design, frame=frame[0], shifts=frame[1]).placed(project.space)
+        project.expressions.update(document.expressions)
+        self.store.save_project()
+
+    def plan(self, budget: int | None = None) -> SweepPlan:
+        """Enter the points of the region and say what a run will do."""
+        project = self.store.project
+        if budget is not None:
+            project.design = replace(project.design, budget=budget)
+            self.store.save_project()
+        known = self.store.known_points()
+        points, notes = design_points(project.space, project.region, project.design, known=known)
+        self.store.enter(points)
+        keys = tuple(self.store.key(point) for point in points)
+        states = self.store.ledger.states()
+        reused = sum(states[key] == "done" for key in keys)
+        timed = [row.seconds for row in self.store.ledger.rows("done") if row.seconds is not None]
+        each = sum(timed) / len(timed) if timed else None
+        new = len(keys) - reused
+        lines = [f"{len(keys)} points over {', '.join(project.space.names)} ({project.design.kind})", *notes,
+                 f"{new} to compute, {reused} done already", *describe(self.node)]  # fmt: skip
+        if each is not None and new:
+            lines.append(f"about {each * new:.0f} s with one worker ({each:.2f} s per point so far)")
+        return SweepPlan(keys, new, reused, tuple(lines), None if each is None else each * new)
+
+    def run(
+        self,
+        plan: SweepPlan,
+        *,
+        executor: Executor | None = None,
+        workers: int = 1,
+        on_progress: Callable[[SweepProgress], None] | None = None,
+        should_stop: Callable[[], bool] | None = None,
+        **options: Any,
+    ) -> SweepReport:
+        """Compute what is missing, then compare with the reference where the document names one.
+
+        Parameters
+        ----------
+        plan : of ``plan()``.
+        executor : who computes; ``workers`` warm processes by default.
+        workers : how many.
+        on_progress, should_stop : as for ``run_sweep``.
+        options : passed on to ``run_sweep``.
+        """
+        report = run_sweep(
+            self.store, self.node, keys=plan.keys, executor=executor, workers=workers, on_progress=on_progress,
+            should_stop=should_stop, **options,
+        )  # fmt: skip
+        if self.document.reference is not None and not report.cancelled:
+            self.compare(dict(self.document.reference))
+        return report
+
+    def compare(self, reference: dict[str, Any]) -> None:
+        """Compute the reference point where it is missing and measure every picture against it."""
+        from spectral_core.explore.features.compare import compare_rows
+
+        views = self.store.project.views
+        key = self.store.key(reference)
+        if views.get(REFERENCE_KEY, {}).get("key") != key:
+            receipt = compute_point(self.node, reference, self.store.project.seed, key, None)
+            for name, content in receipt.contents.items():
+                from spectral_core.explore.sweep.files import write_whole
+
+                write_whole(self.store.folder / "image" / name, content)
+            views[REFERENCE_KEY] = {"key": key, "files": receipt.record["files"], "parameters": reference}
+            self.store.save_project()
+        files = views[REFERENCE_KEY]["files"]
+        compare_rows(self.store, files.get("FILE_linear") or files.get("FILE"))
+        self.store.write_table()

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One point on a worker: compute it, commit its files where the store can be reached, answer with a receipt.
+
+The worker commits by itself, so that an outcome is never lost with the driver. A lock file per point, released by the
+system when its holder ends, keeps two workers off the same point; the second finds the first one's outcome.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spectral_core.explore.features.png import display_png, exr_bytes, has_exr
+from spectral_core.explore.sweep.files import file_lock, json_text, require_file_name, write_whole
+from spectral_core.explore.sweep.outcome import Outcome, plain_values
+from spectral_core.explore.sweep.parameters import Value
+
+
+@dataclass(frozen=True, slots=True)
+class StoreAddress:
+    """Where a store is, and its id: another machine may have another folder of the same name."""
+
+    folder: str
+    store_id: str
+    linear: bool = True
+    """Also store linear pictures as EXR."""
+
+    def reachable(self) -> bool:
+        """Whether this very store lies there, seen from this process."""
+        try:
+            return json.loads((Path(self.folder) / "project.json").read_text("utf-8")).get("id") == self.store_id
+        except (OSError, ValueError):
+            return False
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt:
+    """What a worker answers. ``record`` is what the ledger takes in; ``contents`` are files that it could not write."""
+
+    key: str
+    record: dict[str, Any]
+    contents: dict[str, bytes] = field(default_factory=dict)
+    computed: bool = True
+    """False where another worker had committed the point already."""
+
+
+def compute_point(
+    node: Any, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
+) -> Receipt:
+    """Compute a point and commit it.
+
+    Parameters
+    ----------
+    node : the compute node.
+    parameters : value by name.
+    seed : start of its random numbers.
+    key : the row's key, which names its files.
+    address : the store to commit to; None, or one that is out of reach: everything is in the receipt.
+    """
+    if address is None or not address.reachable():
+        record, contents = _computed(node, parameters, seed, key, address)
+        return Receipt(key, record, contents)
+    folder = Path(address.folder)
+    with file_lock(folder / "lease" / key):
+        spooled = folder / "outcome" / f"{key}.json"
+        if spooled.exists():
+            return Receipt(key, json.loads(spooled.read_text("utf-8")), computed=False)
+        record, contents = _computed(node, parameters, seed, key, address)
+        commit_files(folder, key, record, contents)
+    return Receipt(key, record)
+
+
+def commit_files(folder: Path, key: str, record: Mapping[str, Any], contents: Mapping[str, bytes]) -> None:
+    """Write the files of an outcome, then the record that says it is complete."""
+    for name, content in contents.items():
+        # pictures may be lost with the power, never torn: the record below is what waits for the disk
+        write_whole(folder / "image" / require_file_name(name), content, durable=False)
+    write_whole(folder / "outcome" / f"{key}.json", json_text(record), durable=False)
+
+
+def _computed(
+    node: Any, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
+) -> tuple[dict[str, Any], dict[str, bytes]]:
+    start = time.perf_counter()
+    outcome: Outcome = node(parameters, seed)
+    seconds = time.perf_counter() - start
+    contents: dict[str, bytes] = {}
+    columns: dict[str, str] = {}
+    linear = (address is None or address.linear) and has_exr()
+    for name, picture in outcome.pictures.items():
+        stem = f"{key}_{name}" if name else key
+        columns[f"FILE_{name}" if name else "FILE"] = f"image/{stem}.png"
+        contents[f"{stem}.png"] = display_png(picture)
+        if linear and picture.ndim == 3:
+            columns[f"FILE_{name}_linear" if name else "FILE_linear"] = f"image/{stem}.exr"
+            contents[f"{stem}.exr"] = exr_bytes(picture)
+    for number, (ending, content) in enumerate(sorted(outcome.files.items())):
+        name = require_file_name(f"{key}{ending}")
+        first = "FILE" if number == 0 and "FILE" not in columns else f"FILE_{number}"
+        columns[first] = f"image/{name}"
+        contents[name] = content
+    record = {"values": plain_values(outcome.values), "files": columns, "seconds": round(seconds, 6)}
+    return record, contents

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one way to read a file from outside: regular files only, limits on what it may cost, one kind of error.
+
+A file may come from anybody. It may be a pipe that never ends, state a size that no memory holds, or nest its lists
+ten thousand deep. ``reading`` turns every failure of a reader into FileFormatError; the limits below keep a reader
+from running for minutes or filling the memory before it fails.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from spectral_core.errors import FileFormatError, SpectralError
+
+MOST_TEXT_BYTES = 64 << 20
+"""Of a table of spectra, a palette in JSON or a file of swatches; a million samples fit several times."""
+MOST_TOML_BYTES = 4 << 20
+"""TOML is read by pure Python, about 2 MB in a second."""
+MOST_HEADER_BYTES = 1 << 20
+"""Of the text in front of a volume's numbers."""
+MOST_NAMES = 100_000
+"""Data files that one header may name."""
+MOST_NESTING = 60
+"""Lists and tables inside each other; the documents here need seven."""
+MOST_EXPANSION, FREE_BYTES = 2000, 256 << 20
+"""From FREE_BYTES on, numbers may take so many times the size of their file. No packing of real data reaches it."""
+
+_BRACKETS = re.compile(r'"(?:[^"\\\n]|\\.)*"|[\[{]|[\]}]')
+
+
+@contextmanager
+def reading(path: str | Path, what: str = "") -> Iterator[None]:
+    """Turn whatever goes wrong inside of the block into an error of the tree that names ``path``.
+
+    Errors of the tree pass as they are; all others become FileFormatError. A reader may therefore take a file at its
+    word and fail where the word was wrong.
+
+    Parameters
+    ----------
+    path : the file that is read.
+    what : what the file should be, for the message, such as ``"a palette in TOML"``.
+    """
+    expected = f"; expected {what}" if what else ""
+    try:
+        yield
+    except SpectralError:
+        raise
+    except RecursionError as error:
+        raise FileFormatError(f"{path}: its lists or tables are nested too deeply{expected}") from error
+    except MemoryError as error:
+        raise FileFormatError(f"{path}: it asks for more memory than there is{expected}") from error
+    except OSError as error:
+        raise FileFormatError(f"{path} cannot be read: {error.strerror or error}{expected}") from error
+    except Exception as error:
+        reason = str(error) or type(error).__name__
+        raise FileFormatError(f"{path} is cut, damaged or of another kind: {_short(reason)}{expected}") from error
+
+
+def open_regular(path: str | Path) -> BinaryIO:
+    """Open a regular file for reading; a pipe, device or folder is refused without waiting for it.
+
+    Raises FileFormatError that says why.
+    """
+    try:
+        # Without O_NONBLOCK, opening a pipe waits for somebody who writes to it.
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (OSError, ValueError) as error:  # ValueError: a name that no file system takes
+        raise FileFormatError(
+            f"{path}: {getattr(error, 'strerror', None) or error}; expected a file that can be read"
+        ) from error
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise FileFormatError(f"{path} is a folder, pipe or device; expected a file")
+    return os.fdopen(descriptor, "rb")
+
+
+def require_regular(path: str | Path) -> None:
+    """Raise FileFormatError where ``path`` cannot be opened as a regular file; for libraries that open it again."""
+    open_regular(path).close()
+
+
+def read_bytes(path: str | Path, most: int = MOST_TEXT_BYTES) -> bytes:
+    """The bytes of a regular file of at most ``most`` bytes. Raises FileFormatError."""
+    with open_regular(path) as stream:
+        data = stream.read(most + 1)  # the size that the system states is 0 for files such as those of /proc
+    if len(data) > most:
+        raise FileFormatError(f"{path} is larger than {most / 2**20:g} MiB, the most that is read of such a file")
+    return data
+
+
+def read_text(path: str | Path, most: int = MOST_TEXT_BYTES) -> str:
+    """The file as text, UTF-8 or UTF-16 with its mark, which is not empty. Raises FileFormatError (file, line)."""
+    data = read_bytes(path, most)
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise FileFormatError(f"{path}, line {line}: not {encoding} text; save the file as UTF-8") from error
+    if "\0" in text:
+        raise FileFormatError(f"{path}, line {text[: text.index(chr(0))].count(chr(10)) + 1}: a binary file, not text")
+    if not text or text.isspace():
+        raise FileFormatError(f"{path}, line 1: the file is empty")
+    return text
+
+
+def header_lines(stream: BinaryIO, path: str | Path) -> Iterator[bytes]:
+    """Lines from where ``stream`` stands, together at most MOST_HEADER_BYTES. Raises FileFormatError beyond that."""
+    left = MOST_HEADER_BYTES
+    while line := stream.readline(left + 1):
+        left -= len(line)
+        if left < 0:
+            raise FileFormatError(f"{path}: its header is longer than {MOST_HEADER_BYTES >> 20} MiB; it is no header")
+        yield line
+
+
+def require_shallow(text: str, path: str | Path) -> None:
+    """Raise FileFormatError where brackets outside of strings nest deeper than MOST_NESTING."""
+    depth = 0
+    for found in _BRACKETS.finditer(text):
+        mark = found[0]
+        if mark in "[{":
+            depth += 1
+            if depth > MOST_NESTING:
+                line = text.count("\n", 0, found.start()) + 1
+                raise FileFormatError(f"{path}, line {line}: lists or tables are nested deeper than {MOST_NESTING}")
+        elif mark in "]}":
+            depth = max(depth - 1, 0)
+
+
+def require_room(needed: int, path: str | Path, *, held: int | None = None) -> None:
+    """Raise FileFormatError where ``needed`` bytes are more than this machine or this file can stand for.
+
+    Parameters
+    ----------
+    needed : bytes that the file's numbers take in memory, by what the file states.
+    path : the file, for the message.
+    held : bytes of the file, where they bound what it can hold; None where they do not.
+    """
+    if needed > half_of_memory():
+        raise FileFormatError(
+            f"{path} states {needed / 2**30:,.1f} GiB of numbers, more than half of this machine's memory; crop or "
+            "resample it, or its header is damaged"
+        )
+    if held is not None and needed > FREE_BYTES and needed > MOST_EXPANSION * held:
+        raise FileFormatError(
+            f"{path} states {needed / 2**30:,.1f} GiB of numbers in {held / 2**20:,.1f} MiB: it is nearly empty, or "
+            "damaged; crop or resample it"
+        )
+
+
+def half_of_memory() -> int:
+    """Half of this machine's memory in bytes: the most that one file may fill."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    except (AttributeError, ValueError, OSError):  # Windows does not tell
+        return 8 << 30
+
+
+def in_memory(data: bytes) -> BinaryIO:
+    """Bytes as a stream."""
+    return io.BytesIO(data)
+
+
+def _short(text: str) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= 300 else text[:297] + "..."

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one way to write a file: whole, or not at all.
+
+::
+
+    with whole_file(path) as unfinished:        # a new file with a random name beside ``path``
+        library.write(str(unfinished))          # any writer that takes a path
+
+When the block ends, the new file is flushed to the disk, checked, and moved over ``path`` in one step. Whoever looks
+at ``path`` at any moment, also after a power cut, finds the earlier file or the new one. A block that fails leaves
+``path`` as it was. What a killed process left behind is removed by the next write into the same folder: an unfinished
+file is locked while its writer lives, and one that can be locked has no writer any more.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import secrets
+import stat
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from spectral_core.errors import FileWriteError, InvalidInputError
+
+try:
+    import fcntl
+except ImportError:  # Windows: an open file cannot be removed there, which serves as the lock
+    fcntl = None  # type: ignore[assignment]
+
+_looked_through: dict[str, tuple[float, float]] = {}
+"""When each folder was last searched for leftovers, and how long that took, seconds."""
+_MARK = ".spectral-unfinished-"
+
+
+@contextmanager
+def whole_file(
+    path: str | Path, *, check: Callable[[Path], object] | None = None, durable: bool = True
+) -> Iterator[Path]:
+    """Give a new file beside ``path`` to write to, and move it to ``path`` when the block ends without an error.
+
+    Parameters
+    ----------
+    path : the file to make or to replace. A link is replaced itself; what it points to is not touched.
+    check : reads the finished file and raises where it is not what was written. For writers of libraries that do not
+        report a full disk.
+    durable : also survive a power cut, which costs a wait for the disk.
+
+    Yields
+    ------
+    Path
+        An empty file in the folder of ``path`` with a random name and the same ending.
+
+    Raises
+    ------
+    FileWriteError
+        The disk is full, the folder is absent or closed to this user, or ``check`` failed; ``path`` is as it was.
+    InvalidInputError
+        ``path`` is a folder, a device or another thing that no file can replace.
+    """
+    target = Path(path)
+    _require_replaceable(target)
+    _remove_leftovers(target.parent)
+    unfinished, lock = _create(target)
+    try:
+        with _told(target):
+            yield unfinished
+            _finish(unfinished, lock, target, check, durable)
+    finally:
+        if fcntl is None:  # Windows removes no open file; elsewhere the lock must outlive the removal
+            lock.release()
+        with contextlib.suppress(OSError):
+            unfinished.unlink(missing_ok=True)
+        lock.release()
+
+
+def write_bytes(path: str | Path, data: bytes) -> None:
+    """Write ``data`` to ``path``, whole or not at all. Raises as ``whole_file`` does."""
+    with whole_file(path) as unfinished, unfinished.open("wb") as stream:
+        stream.write(data)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write ``text`` as UTF-8 to ``path``, whole or not at all. Raises as ``whole_file`` does."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str) -> None:
+    """Refuse a path at which something else than ``kind`` lies.
+
+    For paths that come from a document or a .blend, which whoever made it may have pointed at any file.
+
+    Parameters
+    ----------
+    path : where a file is to be written.
+    is_own : whether a file that is there may be replaced; it sees regular files only.
+    kind : what is written, for the message.
+
+    Raises
+    ------
+    InvalidInputError
+        Something is there, and it is no such file.
+    """
+    target = Path(path)
+    if os.path.lexists(target) and not (target.is_file() and is_own(target)):
+        raise InvalidInputError(
+            f"{target} is there already and is no {kind}, so it is not replaced; choose another path, or remove it"
+        )
+
+
+def _require_replaceable(target: Path) -> None:
+    if target.is_dir():
+        raise InvalidInputError(f"{target} is a folder; name a file in it")
+    # A device or pipe, also behind a link such as /dev/stdout, would be replaced by a file for every other program.
+    if target.exists() and not target.is_file():
+        raise InvalidInputError(f"{target} is a device or a pipe; name a file")
+
+
+class _Lock:
+    """An open, locked descriptor of an unfinished file, released once."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        if fcntl is not None:
+            with contextlib.suppress(OSError):  # some network file systems have no locks
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+
+    def release(self) -> None:
+        """Close the descriptor, which ends the lock."""
+        descriptor, self._descriptor = self._descriptor, -1
+        if descriptor >= 0:
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
+
+
+def _create(target: Path) -> tuple[Path, _Lock]:
+    """Make a file that nobody could have prepared, locked, with the permissions of the one that it replaces."""
+    for _ in range(100):
+        unfinished = target.with_name(f"{_MARK}{secrets.token_hex(8)}{target.suffix[:16]}")
+        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        with _told(target):
+            descriptor = os.open(unfinished, flags, 0o666)
+        lock = _Lock(descriptor)
+        # Between making and locking, another writer may have taken the file for a leftover.
+        if fcntl is None or unfinished.exists():
+            break
+        lock.release()
+    if fcntl is not None and target.is_file() and not target.is_symlink():
+        with contextlib.suppress(OSError):
+            os.fchmod(descriptor, stat.S_IMODE(target.stat().st_mode))
+    return unfinished, lock
+
+
+def _finish(unfinished: Path, lock: _Lock, target: Path, check: Callable[[Path], object] | None, durable: bool) -> None:
+    """Flush to the disk, check, replace."""
+    if durable:
+        with unfinished.open("rb+") as stream:  # a library may have put a file of its own there
+            os.fsync(stream.fileno())
+    if unfinished.stat().st_size == 0 and check is not None:
+        raise FileWriteError(f"{target} could not be written: nothing arrived on the disk; is it full?")
+    if check is not None:
+        try:
+            check(unfinished)
+        except Exception as error:  # whatever a reader says of half a file
+            raise FileWriteError(
+                f"{target} could not be written: what arrived on the disk is not whole; is it full? ({error})"
+            ) from error
+    if fcntl is None:
+        lock.release()
+    unfinished.replace(target)
+    if durable:
+        _flush_folder(target.parent)
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make the new name last through a power cut, where the system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+@contextmanager
+def _told(target: Path) -> Iterator[None]:
+    """Turn a failure of the disk, or of a library that writes, into an error that says what became of the file."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError
+        kept = "; the file that was there is as it was" if target.exists() else ""
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
+            reason = f"the folder {target.parent} does not exist; make it first"
+        raise FileWriteError(f"{target} could not be written: {reason}{kept}") from error
+
+
+def _remove_leftovers(folder: Path) -> None:
+    """Remove the unfinished files of processes that have ended.
+
+    Looking through a folder of a hundred thousand pictures before each write would take longer than writing: at most a
+    twentieth of the time is spent on it.
+    """
+    start, (last, duration) = time.monotonic(), _looked_through.get(str(folder), (-math.inf, 0.0))
+    if start - last < 20 * duration:
+        return
+    with contextlib.suppress(OSError):
+        for entry in os.scandir(folder):
+            if entry.name.startswith(_MARK) and entry.is_file(follow_symlinks=False):
+                with contextlib.suppress(OSError):
+                    _remove_if_abandoned(entry.path)
+    _looked_through[str(folder)] = (start, time.monotonic() - start)
+
+
+def _remove_if_abandoned(path: str) -> None:
+    if fcntl is None:
+        os.unlink(path)  # noqa: PTH108 - refused by Windows while its writer has it open
+        return
+    descriptor = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.unlink(path)  # noqa: PTH108
+    finally:
+        os.close(descriptor)

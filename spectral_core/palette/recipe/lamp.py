@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drive levels of LED channels for a wanted white, with few channels and good color rendering."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog, minimize
+
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.recipe.white import (
+    LAMP_GRID,
+    RenderingReference,
+    cct_and_duv,
+    color_rendering_index,
+    luminous_efficacy,
+    uv_from_xyz,
+    white_xyz,
+    xyz_from_spd,
+)
+from spectral_core.spectra.spectrum import Illuminant
+
+Array = NDArray[np.float64]
+
+MOST_SETS_OF_A_SIZE = 13_000
+"""All sets of one size of 16 channels."""
+TRIED_SETS_OF_A_SIZE = 12
+"""Sets of one size that are optimized, those with the broadest spectrum first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampRecipe:
+    """Drive levels (k,) in [0, 1] of the channels in ``names``, the brightest at 1, and the lamp that they give.
+
+    ``cct_k``, ``duv``, ``rendering_index`` (Ra) and ``efficacy_lm_per_w`` (of the radiation) are of the mixed spectrum;
+    ``dosage_delta_uv``: rms shift of the white in CIE 1960 uv for 2 % error of each drive; ``met``: whether the white
+    is within 0.001 and the rendering index as asked.
+    """
+
+    names: tuple[str, ...]
+    drives: Array
+    lamp: Illuminant
+    cct_k: float
+    duv: float
+    rendering_index: float
+    efficacy_lm_per_w: float
+    dosage_delta_uv: float
+    met: bool
+    seconds: float
+
+    def text(self) -> str:
+        """The recipe in lines for a person: channel and drive level in percent."""
+        lines = [
+            f"{name:24} {100 * drive:6.2f} %" for name, drive in zip(self.names, self.drives, strict=True) if drive > 0
+        ]
+        return "\n".join(
+            [
+                *lines,
+                f"{self.cct_k:.0f} K, Duv {self.duv:+.5f}, Ra {self.rendering_index:.1f}, "
+                f"{self.efficacy_lm_per_w:.0f} lm per watt of radiation",
+            ]
+        )
+
+
+def lamp_recipe(
+    channels: Sequence[Illuminant],
+    cct_k: float,
+    *,
+    duv: float = 0.0,
+    rendering_index: float = 80.0,
+    most_channels: int | None = None,
+    wanted_xyz: Array | None = None,
+) -> LampRecipe:
+    """Find drive levels that reach a white with a color rendering index at least as asked, with few channels.
+
+    Parameters
+    ----------
+    channels : spectra of the channels at full drive, 3 to 16.
+    cct_k : wanted color temperature, 1,500 to 20,000 kelvin.
+    duv : wanted distance from Planck's locus, -0.02 to 0.02.
+    rendering_index : least Ra asked for; where it cannot be reached the highest is given and ``met`` is False.
+    most_channels : channels that may be used, at least 3; all where None.
+    wanted_xyz : (3,), a white that replaces temperature and Duv.
+
+    Raises
+    ------
+    InvalidInputError : too few channels, or no mix of them has the wanted white.
+    """
+    started = time.perf_counter()
+    if not 3 <= len(channels) <= 16:
+        raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
+    if wanted_xyz is None:
+        require_range("color temperature", cct_k, 1_500, 20_000, " K")
+        require_range("Duv", duv, -0.02, 0.02)
+        wanted_xyz = white_xyz(cct_k, duv)
+    most = (
+        len(channels) if most_channels is None else int(require_range("most_channels", most_channels, 3, len(channels)))
+    )
+    spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in channels])
+    rendering = RenderingReference(cct_and_duv(wanted_xyz)[0])
+    best: tuple[float, Array] | None = None
+    for chosen in _combinations(spds, wanted_xyz, most):
+        drives = _optimized(spds[list(chosen)], wanted_xyz, rendering)
+        if drives is None:
+            continue
+        index = rendering.index(drives @ spds[list(chosen)])
+        if best is None or index > best[0]:
+            full = np.zeros(len(channels))
+            full[list(chosen)] = drives
+            best = index, full
+        if index >= rendering_index:
+            break
+    if best is None:
+        raise InvalidInputError(
+            f"no mix of the {len(channels)} channels has the white XYZ {np.round(wanted_xyz, 3).tolist()}; add a "
+            "channel on the other side of the wanted color"
+        )
+    return _described(channels, spds, best[1] / best[1].max(), (wanted_xyz, rendering_index, started))
+
+
+def _combinations(spds: Array, wanted: Array, most: int) -> list[tuple[int, ...]]:
+    """Sets of channels that reach the white, the smallest first; of one size those that span the widest range first."""
+    matrix = spds @ xyz_from_spd().T
+    kept: list[tuple[int, ...]] = []
+    for size in range(3, most + 1):
+        found: list[tuple[float, tuple[int, ...]]] = []
+        for chosen in itertools.islice(itertools.combinations(range(len(spds)), size), MOST_SETS_OF_A_SIZE):
+            part = spds[list(chosen)]
+            # A broad spectrum renders colors well: the mean overlap with equal energy orders the sets of one size.
+            found.append((-float(np.sqrt((part / part.max(axis=1, keepdims=True)).max(axis=0)).mean()), chosen))
+        of_size = 0
+        for _, chosen in sorted(found):
+            answer = linprog(
+                np.ones(size), A_eq=matrix[list(chosen)].T, b_eq=wanted, bounds=(0, None), method="highs-ds"
+            )
+            if answer.status == 0:
+                kept.append(chosen)
+                of_size += 1
+            if of_size == TRIED_SETS_OF_A_SIZE:
+                break
+    return kept
+
+
+def _optimized(spds: Array, wanted: Array, rendering: RenderingReference) -> Array | None:
+    """Drives (k,) of the highest rendering index on the wanted white, up to a common factor."""
+    matrix = spds @ xyz_from_spd().T
+    first = linprog(np.zeros(len(spds)), A_eq=matrix.T, b_eq=wanted, bounds=(0, None), method="highs-ds")
+    if first.status != 0:
+        return None
+    if len(spds) == 3:
+        return np.asarray(first.x)
+    # The free directions keep the white; along them the index is searched from the center of what is feasible.
+    _, _, rows = np.linalg.svd(matrix.T)
+    free = rows[3:].T
+    center = _center(first.x, free)
+    answer = minimize(
+        lambda z: -rendering.index(np.maximum(center + free @ z, 0) @ spds),
+        np.zeros(free.shape[1]),
+        constraints=[{"type": "ineq", "fun": lambda z: center + free @ z, "jac": lambda _: free}],
+        method="SLSQP",
+        options={"maxiter": 40, "ftol": 1e-3, "eps": 1e-4 * float(center.max())},
+    )
+    drives = np.maximum(center + free @ answer.x, 0)
+    drives[drives < 1e-4 * drives.max()] = 0
+    return np.asarray(drives)
+
+
+def _center(start: Array, free: Array) -> Array:
+    """The drives with the largest least drive on the wanted white."""
+    count, directions = free.shape
+    answer = linprog(
+        np.append(np.zeros(directions), -1.0), A_ub=np.hstack([-free, np.ones((count, 1))]), b_ub=start,
+        bounds=[(None, None)] * directions + [(0, None)], method="highs",
+    )  # fmt: skip
+    return np.asarray(start + free @ answer.x[:-1]) if answer.status == 0 else start
+
+
+def _described(
+    channels: Sequence[Illuminant], spds: Array, drives: Array, asked: tuple[Array, float, float]
+) -> LampRecipe:
+    wanted, rendering_index, started = asked
+    spd = drives @ spds
+    xyz = xyz_from_spd() @ spd
+    cct, duv = cct_and_duv(xyz)
+    index = color_rendering_index(spd)
+    offset = float(np.linalg.norm(uv_from_xyz(xyz) - uv_from_xyz(wanted)))
+    # First-order change of uv with the logarithm of each drive, by central differences.
+    step = 1e-4
+    shifts = [
+        (
+            uv_from_xyz(xyz_from_spd() @ (spd + step * drive * row))
+            - uv_from_xyz(xyz_from_spd() @ (spd - step * drive * row))
+        ) / (2 * step)
+        for drive, row in zip(drives, spds, strict=True)
+    ]  # fmt: skip
+    return LampRecipe(
+        tuple(channel.name for channel in channels), frozen_array("drives", drives),
+        Illuminant("mixed lamp", LAMP_GRID, spd), cct, duv, index, luminous_efficacy(spd),
+        0.02 * float(np.sqrt(np.sum(np.square(shifts)))), offset < 0.001 and index >= rendering_index,
+        time.perf_counter() - started,
+    )  # fmt: skip

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Amounts of paints, inks or filters for a wanted material: a recipe in grams, coverages or thicknesses.
+
+The unknowns are amounts of things that exist. Paints mix by Kubelka and Munk's theory of opaque layers (absorption and
+scattering add), inks by Yule and Nielsen's halftones over Demichel's overprints, filters by Bouguer and Beer's law.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares
+
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
+from spectral_core.palette.texture.reach import stimulus_matrix
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import OBSERVER_NAMES, observer
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+
+Array = NDArray[np.float64]
+Kind = Literal["paints", "inks", "filters"]
+LEAST_REFLECTANCE = 1e-4
+"""No measured paint is darker; a perfect black would absorb without end."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Colorants:
+    """Measured colorants on one grid. ``spectra``: (k, n).
+
+    ``"paints"``: reflectances of the opaque paints, ``scattering`` (k,) relative to each other; amounts are shares of
+    the mixture. ``"inks"``: reflectances of full coverage on ``paper`` (n,), ``dot_gain_n`` of Yule and Nielsen;
+    amounts are coverages in [0, 1]. ``"filters"``: internal transmittances of unit thickness; amounts are
+    thicknesses up to 4, in front of ``paper``.
+    """
+
+    kind: Kind
+    names: tuple[str, ...]
+    grid: SpectralGrid
+    spectra: Array
+    scattering: Array | None = None
+    paper: Array | None = None
+    dot_gain_n: float = 2.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("paints", "inks", "filters"):
+            raise InvalidInputError(f"colorants are {self.kind!r}; expected 'paints', 'inks' or 'filters'")
+        count = len(self.names)
+        if not 1 <= count <= (8 if self.kind == "inks" else 24):
+            raise InvalidInputError(f"{count} {self.kind}; expected 1 to {8 if self.kind == 'inks' else 24}")
+        spectra = frozen_array(f"spectra of the {self.kind}", self.spectra, (count, self.grid.size))
+        if spectra.min() < 0 or spectra.max() > 1:
+            raise InvalidInputError(
+                f"spectra of the {self.kind} span {spectra.min():g} to {spectra.max():g}, not 0 to 1"
+            )
+        object.__setattr__(self, "spectra", np.maximum(spectra, LEAST_REFLECTANCE))
+        if self.scattering is not None:
+            object.__setattr__(self, "scattering", frozen_array("scattering", self.scattering, (count,)))
+        paper = np.ones(self.grid.size) if self.paper is None else self.paper
+        object.__setattr__(self, "paper", frozen_array("paper", paper, (self.grid.size,)))
+        require_range("dot_gain_n", self.dot_gain_n, 1.0, 100.0)
+
+    @property
+    def most(self) -> float:
+        """Largest amount of one colorant."""
+        return 4.0 if self.kind == "filters" else 1.0
+
+    def reflectance(self, amounts: ArrayLike) -> Array:
+        """Reflectance (n,) of amounts (k,); paints are shares of the whole, whatever they sum to."""
+        given = np.asarray(amounts, dtype=np.float64)
+        if self.kind == "paints":
+            return paint_mixture(given / given.sum(), self.spectra, self.scattering)
+        assert self.paper is not None
+        if self.kind == "filters":
+            # Light passes a filter on the way to the paper and back.
+            return np.asarray(self.paper * np.prod(self.spectra ** (2 * given[:, None]), axis=0))
+        shares = halftone_shares(given)
+        bits = (np.arange(len(shares))[:, None] >> np.arange(len(given))) & 1
+        # An overprint absorbs what its inks absorb, relative to the paper that each was measured on.
+        relative = np.where(bits[:, :, None] == 1, self.spectra / np.maximum(self.paper, LEAST_REFLECTANCE), 1.0)
+        overprints = self.paper * np.prod(relative, axis=1)
+        return np.asarray((shares @ overprints ** (1 / self.dot_gain_n)) ** self.dot_gain_n)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MaterialRecipe:
+    """``amounts`` (k,): shares of the mixture, coverages or thicknesses; ``reflectance`` is what they make.
+
+    ``delta_e``: (L,) ΔE2000 to the target under each light. ``observer_delta_e``: (O, L), the same for every standard
+    observer; ``metamerism_index``: the largest of it minus that of the first observer. ``dosage_delta_e``: (L,), mean
+    ΔE2000 that 2 % error of each amount causes.
+    """
+
+    colorants: Colorants
+    amounts: Array
+    reflectance: Reflectance
+    lights: tuple[str, ...]
+    delta_e: Array
+    observer_delta_e: Array
+    metamerism_index: float
+    dosage_delta_e: Array
+    seconds: float
+
+    def grams(self, total: float) -> dict[str, float]:
+        """Grams of each paint for ``total`` grams of mixture. Raises InvalidInputError for inks and filters."""
+        if self.colorants.kind != "paints":
+            raise InvalidInputError(
+                f"grams are of paints; these are {self.colorants.kind}, whose amounts are {self.unit}"
+            )
+        pairs = zip(self.colorants.names, self.amounts, strict=True)
+        return {name: total * float(amount) for name, amount in pairs if amount > 0}
+
+    @property
+    def unit(self) -> str:
+        """What an amount is."""
+        return {"paints": "shares", "inks": "coverages", "filters": "thicknesses"}[self.colorants.kind]
+
+    def text(self, total_g: float = 100.0) -> str:
+        """The recipe in lines for a person."""
+        factor, unit = {"paints": (total_g, "g"), "inks": (100.0, "%"), "filters": (1.0, "x")}[self.colorants.kind]
+        pairs = zip(self.colorants.names, self.amounts, strict=True)
+        lines = [f"{name:24} {factor * amount:8.3f} {unit}" for name, amount in pairs if amount > 0]
+        for name, error, dosage in zip(self.lights, self.delta_e, self.dosage_delta_e, strict=True):
+            lines.append(f"under {name}: ΔE2000 {error:.2f}; 2 % dosage errors add {dosage:.2f}")
+        return "\n".join([*lines, f"metamerism index over observers {self.metamerism_index:.2f}"])
+
+
+def material_recipe(
+    colorants: Colorants,
+    target: Reflectance,
+    lights: Sequence[Illuminant],
+    *,
+    most_colorants: int = 4,
+    seed: int = 0,
+) -> MaterialRecipe:
+    """Find amounts whose color is nearest to a target reflectance's under all lights.
+
+    Parameters
+    ----------
+    colorants : what there is.
+    target : the wanted reflectance, on any grid, for example one that a palette designed.
+    lights : illuminants under which the colors shall agree.
+    most_colorants : colorants in the recipe, at least 1.
+    seed : start of the random numbers of the dosage errors.
+
+    Raises
+    ------
+    InvalidInputError : no light is given, or a number is out of range.
+    """
+    started = time.perf_counter()
+    if not lights:
+        raise InvalidInputError("a recipe needs at least one light under which the colors shall agree; got none")
+    count = len(colorants.names)
+    most = min(count, int(require_range("most_colorants", most_colorants, 1, 8)))
+    matrix = stimulus_matrix(lights, colorants.grid)
+    wanted = _lab(matrix, target.at(colorants.grid.wavelengths_nm))
+    amounts = _best_of_sets(colorants, matrix, wanted, most)
+    made = colorants.reflectance(amounts)
+    errors = delta_e_2000(_lab(matrix, made), wanted)
+    by_observer = np.stack([_errors(colorants, target, made, lights, name) for name in OBSERVER_NAMES])
+    mixed = Reflectance(f"recipe of {target.name}", colorants.grid, np.clip(made, 0, 1))
+    return MaterialRecipe(
+        colorants, frozen_array("amounts", amounts), mixed,
+        tuple(light.name for light in lights), errors, by_observer, float(by_observer.max() - by_observer[0].max()),
+        _dosage(colorants, matrix, amounts, seed), time.perf_counter() - started,
+    )  # fmt: skip
+
+
+def _lab(matrix: Array, reflectance: Array) -> Array:
+    """CIELAB (L, 3) under each light, relative to the light's white."""
+    return lab_from_linear_rgb((matrix @ reflectance).reshape(-1, 3))
+
+
+def _errors(colorants: Colorants, target: Reflectance, made: Array, lights: Sequence[Illuminant], name: str) -> Array:
+    matrix = stimulus_matrix(lights, colorants.grid, observer(name))
+    return delta_e_2000(_lab(matrix, made), _lab(matrix, target.at(colorants.grid.wavelengths_nm)))
+
+
+def _best_of_sets(colorants: Colorants, matrix: Array, wanted: Array, most: int) -> Array:
+    """Amounts (k,): all colorants first, then the best sets of the most important ones, each optimized anew."""
+    count = len(colorants.names)
+    everything = _fitted(colorants, matrix, wanted, tuple(range(count)))
+    if np.count_nonzero(everything) <= most:
+        return everything
+    ranked = np.argsort(everything)[::-1][: min(count, most + 4)]
+    best: tuple[float, Array] | None = None
+    for chosen in itertools.combinations(sorted(int(index) for index in ranked), most):
+        amounts = _fitted(colorants, matrix, wanted, chosen)
+        error = float(np.sum((_lab(matrix, colorants.reflectance(amounts)) - wanted) ** 2))
+        if best is None or error < best[0]:
+            best = error, amounts
+    assert best is not None
+    return best[1]
+
+
+def _fitted(colorants: Colorants, matrix: Array, wanted: Array, chosen: tuple[int, ...]) -> Array:
+    """Amounts of the chosen colorants alone, by bounded least squares in CIELAB from three starts."""
+    count = len(colorants.names)
+
+    def full(part: Array) -> Array:
+        amounts = np.zeros(count)
+        amounts[list(chosen)] = part
+        return amounts
+
+    def residual(part: Array) -> Array:
+        # Shares of paint are scale free; a weak pull to sum 1 makes the answer unique.
+        pull = [1e-3 * (part.sum() - 1)] if colorants.kind == "paints" else []
+        return np.concatenate([(_lab(matrix, colorants.reflectance(full(part))) - wanted).ravel(), pull])
+
+    low = 1e-9 if colorants.kind == "paints" else 0.0
+    starts = [np.full(len(chosen), 1 / len(chosen)), np.full(len(chosen), 0.1), np.linspace(0.6, 0.1, len(chosen))]
+    found = [least_squares(residual, start, bounds=(low, colorants.most), x_scale=0.1) for start in starts]
+    part = min(found, key=lambda answer: answer.cost).x
+    if colorants.kind == "paints":
+        part = part / part.sum()
+    part = np.where(part < 1e-4 * part.max(initial=1e-12), 0.0, part)
+    return full(part / part.sum() if colorants.kind == "paints" else part)
+
+
+def _dosage(colorants: Colorants, matrix: Array, amounts: Array, seed: int, error: float = 0.02) -> Array:
+    """Mean ΔE2000 (L,) of normal errors of ``error`` of each amount, by first-order propagation in CIELAB."""
+    used = np.flatnonzero(amounts)
+    center = _lab(matrix, colorants.reflectance(amounts))
+    step = 1e-4
+    slopes = []
+    for index in used:
+        up, down = amounts.copy(), amounts.copy()
+        up[index] *= 1 + step
+        down[index] *= 1 - step
+        difference = _lab(matrix, _within(colorants, up)) - _lab(matrix, _within(colorants, down))
+        slopes.append(difference / (2 * step))
+    noise = np.random.default_rng(seed).normal(scale=error, size=(2000, len(used)))
+    shifted = center + np.einsum("sk,klc->slc", noise, np.array(slopes))
+    return np.asarray(delta_e_2000(shifted, np.broadcast_to(center, shifted.shape)).mean(axis=0))
+
+
+def _within(colorants: Colorants, amounts: Array) -> Array:
+    return colorants.reflectance(np.minimum(amounts, colorants.most) if colorants.kind == "inks" else amounts)

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How white a lamp is and how it renders colors: CCT, Duv and the CIE color rendering index.
+
+Written for optimization, many lamps at a time on one grid; tests hold it against colour-science's own evaluation.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.spectra.catalogue import blackbody
+from spectral_core.spectra.observer import xyz_from_spectrum
+from spectral_core.spectra.spectrum import SpectralGrid
+
+Array = NDArray[np.float64]
+
+LAMP_GRID = SpectralGrid.uniform(360, 830, 1)
+DAYLIGHT_FROM_K = 5000.0
+"""CIE 13.3: the reference is a black body below, a phase of daylight from here on."""
+
+
+@cache
+def xyz_from_spd() -> Array:
+    """Matrix (3, n) that integrates a lamp on LAMP_GRID into XYZ."""
+    return xyz_from_spectrum(LAMP_GRID)
+
+
+def uv_from_xyz(xyz: Array) -> Array:
+    """CIE 1960 uv (..., 2) of XYZ (..., 3)."""
+    x, y, z = np.moveaxis(np.asarray(xyz, dtype=np.float64), -1, 0)
+    total = x + 15 * y + 3 * z
+    return np.stack([4 * x / total, 6 * y / total], axis=-1)
+
+
+def planck_uv(kelvin: float) -> Array:
+    """CIE 1960 uv (2,) of a black body."""
+    return np.asarray(uv_from_xyz(xyz_from_spd() @ blackbody(kelvin, LAMP_GRID).values))
+
+
+def cct_and_duv(xyz: Array) -> tuple[float, float]:
+    """Correlated color temperature in kelvin and Duv of XYZ (3,): the nearest point of Planck's locus in CIE 1960 uv.
+
+    Duv is positive above the locus (greenish). Raises InvalidInputError outside 1,000 to 45,000 K.
+    """
+    uv = uv_from_xyz(xyz)
+    from scipy.optimize import minimize_scalar
+
+    def distance(reciprocal: float) -> float:
+        return float(np.sum((planck_uv(1e6 / reciprocal) - uv) ** 2))
+
+    # In reciprocal megakelvin the locus is passed at an almost even speed; a coarse scan finds the right valley.
+    scan = np.linspace(1e6 / 45_000, 1e6 / 1_000, 60)
+    start = int(np.argmin([distance(value) for value in scan]))
+    if start in (0, len(scan) - 1):
+        raise InvalidInputError("the light's color is not near Planck's locus between 1,000 and 45,000 K")
+    found = minimize_scalar(
+        distance, bounds=(scan[start - 1], scan[start + 1]), method="bounded", options={"xatol": 1e-6}
+    )
+    kelvin = 1e6 / found.x
+    # The sign: on which side of the locus, seen along growing temperature, v is larger.
+    return kelvin, float(np.sqrt(found.fun)) * (1.0 if uv[1] > planck_uv(kelvin)[1] else -1.0)
+
+
+def white_xyz(kelvin: float, duv: float = 0.0) -> Array:
+    """XYZ (3,) with Y = 1 of the white of a temperature, ``duv`` off Planck's locus, perpendicular to it."""
+    step = 0.01
+    center, along = planck_uv(kelvin), planck_uv(kelvin + step) - planck_uv(kelvin - step)
+    normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+    u, v = center + duv * (normal if normal[1] > 0 else -normal)
+    x, y = 3 * u / (2 * u - 8 * v + 4), 2 * v / (2 * u - 8 * v + 4)
+    return np.array([x / y, 1.0, (1 - x - y) / y])
+
+
+@cache
+def reference_spd(kelvin: float) -> Array:
+    """Reference illuminant of CIE 13.3 on LAMP_GRID: a black body, or a phase of daylight from 5,000 K on."""
+    if kelvin < DAYLIGHT_FROM_K:
+        return np.asarray(blackbody(kelvin, LAMP_GRID).values)
+    colour = _colour()
+    x_y = colour.temperature.CCT_to_xy_CIE_D(kelvin)
+    daylight = colour.sd_CIE_illuminant_D_series(x_y)
+    return np.interp(LAMP_GRID.wavelengths_nm, daylight.wavelengths, daylight.values)
+
+
+def _colour() -> Any:
+    try:
+        import colour
+    except ImportError as error:
+        raise MissingDependencyError.package("colour-science", "color rendering of lamps", "catalogue") from error
+    return colour
+
+
+@cache
+def _test_colors() -> Array:
+    """Reflectances (8, n) of the test color samples of CIE 13.3."""
+    _colour()
+    from colour.quality.datasets import SDS_TCS
+
+    samples = [SDS_TCS[name] for name in list(SDS_TCS)[:8]]
+    return np.stack([np.interp(LAMP_GRID.wavelengths_nm, sd.wavelengths, sd.values) for sd in samples])
+
+
+class RenderingReference:
+    """Color rendering index Ra of lamps of one color temperature (CIE 13.3-1995), whose reference is computed once."""
+
+    def __init__(self, kelvin: float) -> None:
+        self._samples = _test_colors()
+        self._colors, self._white = self._uniform_colors(reference_spd(round(kelvin, 1)), None)
+
+    def index(self, spd: Array) -> float:
+        """Ra of a lamp (n,) on LAMP_GRID."""
+        colors, _ = self._uniform_colors(spd, self._white)
+        return float(np.mean(100 - 4.6 * np.linalg.norm(colors - self._colors, axis=1)))
+
+    def _uniform_colors(self, spd: Array, adapt_to: Array | None) -> tuple[Array, Array]:
+        """U*V*W* (8, 3) of the test colors and uv (2,) of the white, with the von Kries shift of section 5.7."""
+        matrix = xyz_from_spd() * spd
+        white = matrix.sum(axis=1)
+        xyz = (self._samples @ matrix.T) * (100 / white[1])
+        uv, white_uv = uv_from_xyz(xyz), uv_from_xyz(white)
+        if adapt_to is not None:
+            source, target = _c_d(white_uv), _c_d(adapt_to)
+            c, d = _c_d(uv)
+            c, d = c * target[0] / source[0], d * target[1] / source[1]
+            below = 16.518 + 1.481 * c - d
+            uv = np.stack([(10.872 + 0.404 * c - 4 * d) / below, 5.52 / below], axis=-1)
+            white_uv = adapt_to
+        lightness = 25 * np.cbrt(xyz[:, 1]) - 17
+        return np.column_stack([13 * lightness[:, None] * (uv - white_uv), lightness]), white_uv
+
+
+def color_rendering_index(spd: Array) -> float:
+    """General color rendering index Ra of a lamp (n,) on LAMP_GRID."""
+    return RenderingReference(cct_and_duv(xyz_from_spd() @ spd)[0]).index(spd)
+
+
+def _c_d(uv: Array) -> tuple[Array, Array]:
+    u, v = uv[..., 0], uv[..., 1]
+    return (4 - u - 10 * v) / v, (1.708 * v + 0.404 - 1.481 * u) / v
+
+
+def luminous_efficacy(spd: Array) -> float:
+    """Lumen per watt of radiation of a lamp (n,) on LAMP_GRID."""
+    from scipy.integrate import trapezoid
+
+    return float(683 * (xyz_from_spd()[1] @ spd) / trapezoid(spd, LAMP_GRID.wavelengths_nm))

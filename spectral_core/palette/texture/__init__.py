@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spectral textures: one surface that shows a different picture under each light."""

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several pictures in one surface: from one picture per light to the weights of K basis spectra at every texel."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
+from spectral_core.palette.texture.fit import Fitter
+from spectral_core.palette.texture.loss import PictureLoss, band_delta_e, picture_losses
+from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, reachable_scales, stimulus_matrix
+from spectral_core.spectra.color import linear_from_display_rgb
+from spectral_core.spectra.spectrum import Illuminant
+
+Array = NDArray[np.float64]
+Mapping = Literal["least_delta_e", "uniform_contrast"]
+_BITS_OF_ONE = int(np.float16(1).view(np.uint16))
+BAND_TEXELS = 1 << 20
+"""Texels that are converted and solved at a time: memory beyond the pictures and the result stays under 100 MB."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """What a surface shall show under one light. ``pixels``: (H, W, 3), top row first.
+
+    Integer pixels are display values (sRGB) of 8 or 16 bits; floating-point pixels are linear sRGB from 0 to 1.
+    """
+
+    name: str
+    pixels: NDArray[np.generic]
+
+    def __post_init__(self) -> None:
+        pixels = np.asarray(self.pixels)
+        if pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
+            raise InvalidInputError(f"picture {self.name!r} has shape {pixels.shape}; expected (height, width, 3)")
+        if pixels.dtype not in (np.uint8, np.uint16) and pixels.dtype.kind != "f":
+            raise InvalidInputError(
+                f"picture {self.name!r} has pixels of type {pixels.dtype}; expected 8 or 16 bit integers or floats"
+            )
+        require_finite(f"picture {self.name!r}", pixels)
+        if pixels.dtype.kind == "f" and (pixels.min() < 0 or pixels.max() > 1):
+            raise InvalidInputError(
+                f"picture {self.name!r} spans {pixels.min():g} to {pixels.max():g}; a surface shows linear values from "
+                "0 to 1, so scale or tone-map the picture first"
+            )
+        object.__setattr__(self, "pixels", pixels)
+
+    def linear_rows(self, first: int, last: int) -> NDArray[np.float32]:
+        """Linear sRGB (3, m) of the texels in rows ``first`` to ``last``, float32."""
+        rows = self.pixels[first:last].reshape(-1, 3).T
+        if rows.dtype.kind == "f":
+            return np.ascontiguousarray(rows, dtype=np.float32)
+        top = 255 if rows.dtype == np.uint8 else 65535
+        table = linear_from_display_rgb(np.arange(top + 1) / top).astype(np.float32)
+        return table[rows]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpectralTexture:
+    """A texture whose every texel is a reflectance: ``weights`` (K, H, W) float16 of ``spectra`` (K, n).
+
+    The spectra are never negative and sum to 1 at each wavelength of ``TEXTURE_GRID``, and the weights lie in
+    [0, 1], so every reflectance does, under any filter of the texture. ``lights``: what the pictures were made for.
+    """
+
+    weights: NDArray[np.float16]
+    spectra: Array
+    lights: tuple[Illuminant, ...]
+
+    def __post_init__(self) -> None:
+        weights = np.ascontiguousarray(self.weights, dtype=np.float16)
+        if weights.ndim != 3:
+            raise InvalidInputError(f"weights have shape {weights.shape}; expected (spectra, height, width)")
+        weights.setflags(write=False)
+        object.__setattr__(self, "weights", weights)
+        object.__setattr__(self, "spectra", frozen_array("spectra", self.spectra, (len(weights), TEXTURE_GRID.size)))
+        # The bits of a half float in [0, 1] are at most those of 1; negative, infinite and NaN ones are larger.
+        outside = int(np.count_nonzero(weights.view(np.uint16) > _BITS_OF_ONE))
+        sums = self.spectra.sum(axis=0)
+        if outside or self.spectra.min() < -1e-9 or np.abs(sums - 1).max() > 1e-6:
+            raise InvalidInputError(
+                f"{outside} weights are outside [0, 1] and the spectra sum to {sums.min():g} … {sums.max():g}; weights "
+                "must lie in [0, 1], and spectra must be non-negative with sum 1 at each wavelength"
+            )
+
+    def reflectances(self, row: int, column: int) -> Array:
+        """Reflectance (n,) of one texel on ``TEXTURE_GRID``."""
+        return np.asarray(self.weights[:, row, column].astype(np.float64) @ self.spectra)
+
+    def picture(self, light: Illuminant) -> NDArray[np.float32]:
+        """Linear sRGB (H, W, 3) of the texture under ``light``, relative to the light's white."""
+        color_from_weights = (stimulus_matrix([light]) @ self.spectra.T).astype(np.float32)
+        return np.einsum("ck,khw->hwc", color_from_weights, self.weights.astype(np.float32), optimize=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextureDesign:
+    """A texture and what it cost: ``losses`` per picture, ``floor`` and ``slope`` of the gamut mapping.
+
+    Every linear color v of the pictures was asked for as floor + slope v. ``stated_slope``: what every combination of
+    pictures reaches exactly at this floor. ``compressed``: share of texels that no reflectance can show exactly.
+    """
+
+    texture: SpectralTexture
+    basis: TextureBasis
+    floor: float
+    slope: float
+    stated_slope: float
+    compressed: float
+    losses: tuple[PictureLoss, ...]
+    seconds: float
+
+
+def design_texture(
+    pictures: Sequence[Picture],
+    lights: Sequence[Illuminant],
+    *,
+    floor: float = 0.02,
+    slope: float | None = None,
+    mapping: Mapping = "least_delta_e",
+    count: int | None = None,
+    importance: Sequence[float] | None = None,
+    basis: TextureBasis | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> TextureDesign:
+    """Find the texture that shows picture i under light i.
+
+    Parameters
+    ----------
+    pictures : L pictures of one size, one per light, 1 or 2.
+    lights : L illuminants, for example of ``design_lights``.
+    floor : linear gray that black becomes, 0 to 0.5: a reflectance that is black under one light is dark under all.
+    slope : contrast kept; by default 0.97 - floor, or with ``uniform_contrast`` what every texel can show exactly.
+    mapping : ``"least_delta_e"`` shows the nearest color where a texel's colors cannot all be reached;
+        ``"uniform_contrast"`` lowers the contrast of all texels until each is exact.
+    count : basis spectra K, 3L to 8; by default 6 for two pictures and 3 for one.
+    importance : weight of each picture's color differences, positive; by default equal.
+    basis : a basis designed before for the same lights; designed here where None.
+    progress : called with the share done, from 0 to 1.
+
+    Raises
+    ------
+    InvalidInputError : sizes differ, counts differ, or a number is out of its range.
+    """
+    started = time.perf_counter()
+    _require_alike(pictures, lights)
+    require_range("floor", floor, 0.0, 0.5)
+    matrix = stimulus_matrix(lights)
+    if basis is None:
+        basis = design_basis(matrix, count or min(MOST_SPECTRA, 3 * len(lights)), floor=max(floor, 0.01))
+    color_from_weights = matrix @ basis.spectra.T
+    stated = float(reachable_scales(color_from_weights, corner_colors(len(lights)), floor).scales.min())
+    if mapping == "uniform_contrast":
+        kept = stated
+    else:
+        kept = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, 1.0 - floor)
+    corners = _corner_weights(color_from_weights, floor, kept) if kept <= stated else None
+    fitter = Fitter(color_from_weights, tuple(importance or [1.0] * len(lights)), corners)
+    weights, delta_e, compressed = _fit_bands(pictures, fitter, (floor, kept), progress)
+    texture = SpectralTexture(weights, basis.spectra, tuple(lights))
+    losses = picture_losses(pictures, texture, delta_e)
+    size = weights[0].size
+    return TextureDesign(
+        texture, basis, floor, kept, stated, compressed / size, losses, time.perf_counter() - started
+    )  # fmt: skip
+
+
+def _require_alike(pictures: Sequence[Picture], lights: Sequence[Illuminant]) -> None:
+    if not 1 <= len(pictures) <= 2 or len(lights) != len(pictures):
+        raise InvalidInputError(
+            f"{len(pictures)} pictures for {len(lights)} lights; give one or two pictures and a light for each"
+        )
+    sizes = {picture.pixels.shape[:2] for picture in pictures}
+    if len(sizes) > 1:
+        named = ", ".join(f"{p.name!r} {p.pixels.shape[1]}×{p.pixels.shape[0]}" for p in pictures)
+        raise InvalidInputError(f"the pictures differ in size: {named}; scale them to one size")
+
+
+def _corner_weights(color_from_weights: Array, floor: float, slope: float) -> Array:
+    """Weights (8^L, K) within [0, 1] of every corner of the mapped display colors, all of which can be reached."""
+    corners = np.concatenate([np.zeros((1, len(color_from_weights))), corner_colors(len(color_from_weights) // 3)])
+    farthest = reachable_scales(color_from_weights, corners[1:], floor)
+    gray = np.full((1, color_from_weights.shape[1]), floor)
+    # A corner that reaches farther than asked lies on the way from the gray of the floor to its farthest color.
+    share = np.minimum(slope / np.maximum(farthest.scales, 1e-12), 1.0)[:, None]
+    return np.concatenate([gray, gray + share * (farthest.reflectances - gray)])
+
+
+def _fit_bands(
+    pictures: Sequence[Picture],
+    fitter: Fitter,
+    mapping: tuple[float, float],
+    progress: Callable[[float], None] | None,
+) -> tuple[NDArray[np.float16], NDArray[np.float16], int]:
+    """Weights (K, H, W), color differences (L, H, W), and the count of compressed texels, band by band."""
+    floor, slope = mapping
+    height, width = pictures[0].pixels.shape[:2]
+    weights = np.empty((fitter.color_from_weights.shape[1], height, width), dtype=np.float16)
+    delta_e = np.zeros((len(pictures), height, width), dtype=np.float16)
+    rows = max(1, BAND_TEXELS // width)
+    compressed = 0
+    for first in range(0, height, rows):
+        last = min(first + rows, height)
+        wanted = np.concatenate([picture.linear_rows(first, last) for picture in pictures])
+        wanted *= np.float32(slope)
+        wanted += np.float32(floor)
+        solved, outside = fitter.solve(wanted)
+        np.abs(solved, out=solved)  # no weight is below 0; this turns -0 into 0, whose bits the texture checks
+        weights[:, first:last] = solved.reshape(-1, last - first, width)
+        if outside:
+            found = band_delta_e(wanted, solved, fitter.color_from_weights)
+            delta_e[:, first:last] = found.reshape(-1, last - first, width)
+        compressed += outside
+        if progress is not None:
+            progress(last / height)
+    return weights, delta_e, compressed

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Radiance per nm around 31, 61 or 121 wavelengths, under flat light: new spectra, nearly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.relight.storage import Array, Storage
+from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
+from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WAVELENGTHS_NM, Bands
+from spectral_core.spectra.observer import linear_rgb_from_product
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+
+BAND_COUNTS = (31, 61, 121)
+
+# Mean ΔE2000 of the worst lamp on the worst surfaces, with a fifth to spare: `python -m benchmarks relight-bands`, 21
+# lamps, and any single laser; a color chart, spectra designed on 10 nm, and two bounces of each.
+# (smooth lamps, sodium and fluorescent lamps, lasers)
+BAND_ERRORS = {31: (1.7, 7.0, 45.0), 61: (0.5, 2.3, 38.0), 121: (0.13, 0.7, 34.0)}
+
+
+@dataclass(frozen=True)
+class BandStorage(Storage):
+    """``count`` bands, 31, 61 or 121, from 400 to 700 nm; the outermost reach to the ends of the spectrum."""
+
+    count: int = 31
+
+    kind: ClassVar[str] = "bands"
+    exr_header: ClassVar[dict[str, Any]] = LAYOUT
+
+    def __post_init__(self) -> None:
+        if self.count not in BAND_COUNTS:
+            raise InvalidInputError(f"{self.count} bands; expected one of {BAND_COUNTS}")
+
+    @property
+    def grid(self) -> SpectralGrid:
+        """Centers of the bands."""
+        return SpectralGrid(np.linspace(400.0, 700.0, self.count))
+
+    def channel_names(self) -> tuple[str, ...]:
+        """As in the published layout: ``S0.550,000000nm``."""
+        return tuple(spectral_channel(knot) for knot in self.grid.wavelengths_nm)
+
+    def measured(self) -> Bands:
+        """Mean radiance per nm under each hat function."""
+        hats = _reaching_hats(self.grid)
+        widths = (hats[:, 1:] + hats[:, :-1]).sum(axis=1) / 2
+        return Bands(tuple(f"{knot:.6f}" for knot in self.grid.wavelengths_nm), hats / widths[:, None])
+
+    def rgb_from_channels(self, light: Spectrum) -> Array:
+        """Linear sRGB of ``light`` times each hat, integrated exactly: transport is taken as constant under a hat."""
+        below, above = np.array([FIRST_NM - 1.0]), np.array([LAST_NM + 1.0])
+        reaching = SpectralGrid(np.concatenate([below, self.grid.wavelengths_nm, above]))
+        matrix = linear_rgb_from_product(light, reaching)
+        matrix[:, 1] += matrix[:, 0]  # up to the first knot both hats sum to 1, as the outermost band does
+        matrix[:, -2] += matrix[:, -1]
+        return matrix[:, 1:-1]
+
+    def stated_error(self) -> str:
+        """In words, what a relit picture may differ by from a render."""
+        smooth, lines, laser = BAND_ERRORS[self.count]
+        return (
+            f"mean ΔE2000 on designed surfaces up to {smooth:g} for smooth lamps, {lines:g} for sodium and fluorescent "
+            f"ones, {laser:g} for lasers"
+        )
+
+
+def _reaching_hats(grid: SpectralGrid) -> Array:
+    """Hat functions (n, 471) at 1 nm that sum to 1 everywhere: the outermost stay at 1 to the ends."""
+    inside = np.clip(WAVELENGTHS_NM, grid.wavelengths_nm[0], grid.wavelengths_nm[-1])
+    return grid.values_from_knots(inside).T

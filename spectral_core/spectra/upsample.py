@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a color to a spectrum: the one way, for surfaces, volumes, lights and previews alike.
+
+A color in [0, 1] becomes the smooth reflectance of Jakob and Hanika 2019, "A Low-Dimensional Function Space for
+Efficient Spectral Upsampling": a sigmoid of a quadratic, with the coefficients that Mitsuba's renderer reads for its
+colors and images. The table is read from Mitsuba's package without importing it. Where it is not installed, the
+coefficients are solved for each color, which differs from the table by the table's own interpolation error.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+
+Array = NDArray[np.float64]
+
+_HEADER_BYTES = 8
+_SOLVE_GRID = SpectralGrid.uniform(360.0, 830.0, 5.0)
+
+
+def upsampled(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:
+    """Give the smooth reflectance (..., n) at n wavelengths (nm) of linear sRGB (..., 3) in [0, 1].
+
+    Raises InvalidInputError for a color outside [0, 1], which no reflectance has.
+    """
+    nm = np.asarray(wavelengths_nm, dtype=np.float64)
+    coefficients = coefficients_from_linear_rgb(linear_rgb)[..., None, :]
+    value = (coefficients[..., 0] * nm + coefficients[..., 1]) * nm + coefficients[..., 2]
+    # x / sqrt(1 + x²) without overflow: black and white have coefficients at infinity
+    finite = np.where(np.isfinite(value), value, 0.0)
+    sigmoid = np.where(np.isfinite(value), finite / np.hypot(1.0, finite), np.sign(value))
+    reflectance: Array = 0.5 + sigmoid / 2
+    return reflectance
+
+
+def reflectance_from_rgb(linear_rgb: ArrayLike, grid: SpectralGrid, name: str = "upsampled color") -> Reflectance:
+    """Give the smooth reflectance of linear sRGB (3,) in [0, 1] on ``grid``."""
+    return Reflectance(name, grid, upsampled(frozen_array("linear_rgb", linear_rgb, (3,)), grid.wavelengths_nm))
+
+
+def coefficients_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
+    """Give coefficients (..., 3) of the quadratic in nm, highest power first, of linear sRGB (..., 3) in [0, 1].
+
+    Black has (0, 0, -inf) and white (0, 0, inf). Raises InvalidInputError for a color outside [0, 1].
+    """
+    rgb = np.asarray(linear_rgb, dtype=np.float64)
+    if rgb.shape[-1:] != (3,) or not np.all((rgb >= 0) & (rgb <= 1)):
+        raise InvalidInputError(
+            f"a reflectance color of shape {rgb.shape} spans {rgb.min(initial=np.inf):g} to "
+            f"{rgb.max(initial=-np.inf):g}; expected (..., 3) within 0 to 1"
+        )
+    flat = rgb.reshape(-1, 3)
+    table = _table()
+    found = _solved(flat) if table is None else _looked_up(flat, *table)
+    gray = np.ptp(flat, axis=1) == 0
+    level = flat[gray, 0]
+    with np.errstate(divide="ignore"):  # a gray reflects all wavelengths alike; black and white are at infinity
+        constant = (level - 0.5) / np.sqrt(level * (1 - level))
+    found[gray] = np.stack([np.zeros_like(level), np.zeros_like(level), constant], axis=1)
+    return found.reshape(rgb.shape)
+
+
+@cache
+def _table() -> tuple[Array, Array] | None:
+    """Lightness scale (n,) and coefficients (3, n, n, n, 3) by the largest channel; None where Mitsuba is not there."""
+    package = PathFinder.find_spec("mitsuba")  # not that of sys.modules, which an imported Mitsuba replaces
+    folders = [] if package is None else list(package.submodule_search_locations or [])
+    files = [path for folder in folders if (path := Path(folder) / "data" / "srgb.coeff").is_file()]
+    if not files:
+        return None
+    data = files[0].read_bytes()
+    size = int.from_bytes(data[4:_HEADER_BYTES], "little")
+    numbers = np.frombuffer(data, "<f4", offset=_HEADER_BYTES) if data[:4] == b"SPEC" else np.zeros(0, "<f4")
+    entries = size + 9 * size**3
+    if not size or numbers.size < entries:
+        return None  # another layout than the one published with the paper: solved instead
+    return numbers[:size].astype(np.float64), numbers[size:entries].reshape(3, size, size, size, 3).astype(np.float64)
+
+
+def _looked_up(rgb: Array, scale: Array, table: Array) -> Array:
+    """Trilinear interpolation as the renderer does it (rgb2spec of the paper's supplement)."""
+    size = scale.size
+    largest = 2 - np.argmax(rgb[:, ::-1], axis=1)  # of equal channels the last, as the renderer has it
+    rows = np.arange(len(rgb))
+    z = np.maximum(rgb[rows, largest], 1e-300)
+    x, y = (np.minimum(rgb[rows, (largest + k) % 3] * ((size - 1) / z), size - 1) for k in (1, 2))
+    xi, yi = (np.minimum(part.astype(np.intp), size - 2) for part in (x, y))
+    zi = np.clip(np.searchsorted(scale, z, side="right") - 1, 0, size - 2)
+    fx, fy, fz = x - xi, y - yi, (z - scale[zi]) / (scale[zi + 1] - scale[zi])
+    total = np.zeros((len(rgb), 3))
+    for corner in range(8):
+        dx, dy, dz = corner & 1, corner >> 1 & 1, corner >> 2
+        weight = np.where(dx, fx, 1 - fx) * np.where(dy, fy, 1 - fy) * np.where(dz, fz, 1 - fz)
+        total += weight[:, None] * table[largest, zi + dz, yi + dy, xi + dx]
+    return total
+
+
+def _solved(rgb: Array) -> Array:
+    """Coefficients by Gauss-Newton for each color (Eq. 10 of the paper, in linear sRGB under D65)."""
+    return np.stack([_solve(row) for row in rgb])
+
+
+def _solve(rgb: Array) -> Array:
+    matrix = linear_rgb_from_product(normalized(catalogue.illuminant("D65")), _SOLVE_GRID)
+    nm = _SOLVE_GRID.wavelengths_nm
+    unit = (nm - 595.0) / 235.0  # well-conditioned: the quadratic on [-1, 1]
+    basis = np.stack([unit**2, unit, np.ones_like(unit)], axis=1)
+    aim: Array = np.clip(rgb, 2e-3, 1 - 2e-3)
+    start = float(aim.mean())
+    found = np.array([0.0, 0.0, (2 * start - 1) / np.sqrt(1 - (2 * start - 1) ** 2)])
+    damping = 1e-3
+
+    def error_of(c: Array) -> tuple[Array, Array]:
+        value = basis @ c
+        sigmoid = 0.5 + value / (2 * np.hypot(1.0, value))
+        slope = 0.5 / np.hypot(1.0, value) ** 3
+        return matrix @ sigmoid - aim, matrix @ (basis * slope[:, None])
+
+    error, jacobian = error_of(found)
+    for _ in range(200):
+        if np.abs(error).max() < 1e-9:
+            break
+        normal = jacobian.T @ jacobian
+        step: Array = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-12), -jacobian.T @ error)
+        trial, trial_jacobian = error_of(found + step)
+        if float(trial @ trial) < float(error @ error):
+            found, error, jacobian, damping = found + step, trial, trial_jacobian, max(damping / 5, 1e-12)
+        else:
+            damping *= 4
+    a, b, c = found
+    return np.array([a / 235**2, b / 235 - 2 * a * 595 / 235**2, a * (595 / 235) ** 2 - b * 595 / 235 + c])

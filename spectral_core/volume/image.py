@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of a volume: how a march steps, what it records, and how colors turn that into a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array
+from spectral_core.volume.march.march_input import Quadrature
+from spectral_core.volume.march.rules import Rule
+from spectral_core.volume.transfer import TransferFunction
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How a march steps: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`)."""
+
+    rule: Rule = "error"
+    quadrature: Quadrature = "midpoint"
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeImage:
+    """The record of a march: enough for the picture under any light and with any palette.
+
+    ``amounts`` (height, width, K) float32, one channel per material; ``transmittance`` (height, width). ``samples``
+    counts steps with visible material, ``steps`` all iterations of the loop (None if not asked for); ``seconds`` is
+    the time of the march with the copy back.
+    """
+
+    transfer: TransferFunction
+    stepping: Stepping
+    amounts: NDArray[np.float32]
+    transmittance: NDArray[np.float32]
+    seconds: float
+    samples: int | None = None
+    steps: int | None = None
+
+    def picture(self, light: ArrayLike | None = None, colors: ArrayLike | None = None) -> NDArray[np.float32]:
+        """Σ_k A_k·color_k: linear RGB or spectral radiance (height, width, 3 or wavelengths), without any ray.
+
+        ``light`` (same length as a color) multiplies the lit materials' colors, ``colors`` (K, …) replaces them.
+        """
+        return combine(self.amounts, palette_matrix(self.transfer, light, colors))
+
+
+def palette_matrix(
+    transfer: TransferFunction, light: ArrayLike | None = None, colors: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """Color of each material under ``light``, (K, channels): what re-illumination and re-palette change."""
+    base = transfer.colors
+    matrix = base.copy() if colors is None else np.array(frozen_array("colors", colors, base.shape))
+    if light is not None:
+        spectrum = frozen_array("light", light, (base.shape[1],))
+        lit = [k for k, material in enumerate(transfer.materials) if material.lit]
+        matrix[lit] *= spectrum
+    return matrix
+
+
+def combine(amounts: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(height, width, K) amounts times (K, channels), as one float32 matrix product."""
+    flat = amounts.reshape(-1, amounts.shape[-1]) @ matrix.astype(np.float32)
+    return flat.reshape(*amounts.shape[:-1], matrix.shape[1])

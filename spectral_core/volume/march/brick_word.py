@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The word of a brick: all that an iteration of the march reads of the brick that a ray stands in, in 32 bits.
+
+A brick that shows something holds a positive float32: its relative step in voxels. For a rule that passes over values
+which show nothing, the lower 16 bits hold the upper half of another float32: the *pace*, how many voxels a ray goes at
+least while the stored value changes by one. Values that are far from all that shows are thus passed in few steps, as
+in sphere tracing (Hart 1996), however fine the brick's own step is.
+
+A brick that shows nothing has the sign bit set and, in three bits for each octant of ray directions, a level: how large
+a cube of bricks ahead is empty too (``REACHES``). So a ray leaves a surface in one skip although the surface is near
+behind it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Words = NDArray[np.uint32]
+Mask = NDArray[np.bool_]
+
+REACHES = (1, 2, 4, 7, 11, 16, 22, 29)  # bricks: 1 + l(l+1)/2; each at most twice the one before
+_EMPTY = np.uint32(1 << 31)
+
+
+@dataclass(frozen=True)
+class BrickWord:
+    """A word on the device, read: ``bits`` is an unsigned Dr.Jit array, ``types`` its module."""
+
+    bits: Any
+    types: Any
+
+    @staticmethod
+    def pack(steps: NDArray[np.float32], paces: NDArray[np.float32] | None, empty: Words, shows: Mask) -> Words:
+        """Words of bricks: ``steps`` (and ``paces``) where ``shows``, the words of ``empty`` elsewhere."""
+        words = steps.view(np.uint32)
+        if paces is not None:
+            # A float32's upper half is not above the value and at most 1/128 under it: a pace is never overstated.
+            words = (words & np.uint32(0xFFFF0000)) | (paces.view(np.uint32) >> np.uint32(16))
+        return np.where(shows, words, empty)
+
+    @staticmethod
+    def pack_empty(shows: Mask) -> Words:
+        """Words for bricks (bz, by, bx) as if all were empty: the level l of octant o in bits 3o to 3o + 2.
+
+        Octant bits are 1, 2 and 4 for rays that run down x, y and z. Level l: the cube of ``REACHES[l]`` bricks per
+        axis that starts with this brick and reaches ahead is empty (outside the grid counts as empty).
+        """
+        words = np.full(shows.shape, _EMPTY, np.uint32)
+        for octant in range(8):
+            empty, levels = (~shows).view(np.uint8), np.zeros(shows.shape, np.uint8)
+            for size, larger in itertools.pairwise(REACHES):
+                for axis in range(3):
+                    empty = _and_ahead(empty, larger - size, 2 - axis, bool(octant >> axis & 1))
+                if not empty.any():
+                    break
+                levels += empty
+            words |= levels.astype(np.uint32) << np.uint32(3 * octant)
+        return words
+
+    @staticmethod
+    def shown(words: Words) -> Mask:
+        """Which of NumPy's ``words`` are of bricks that show something."""
+        return words < _EMPTY
+
+    @staticmethod
+    def paces_of(words: Words) -> NDArray[np.float32]:
+        """Paces in NumPy's ``words``, of bricks that show something."""
+        return (words << np.uint32(16)).view(np.float32)
+
+    @staticmethod
+    def level_of(word: int, octant: int) -> int:
+        """The level of one empty brick in one octant."""
+        return int(word) >> (3 * octant) & 7
+
+    @property
+    def shows(self) -> Any:
+        """Whether the brick shows something."""
+        return self.bits < int(_EMPTY)
+
+    @property
+    def step(self) -> Any:
+        """Relative step in voxels; not above zero where the brick is empty. A pace makes it up to 1/128 longer."""
+        import drjit as dr
+
+        return dr.reinterpret_array(self.types.Float, self.bits)
+
+    @property
+    def pace(self) -> Any:
+        """Voxels that a ray goes at least in this brick while the stored value changes by one."""
+        import drjit as dr
+
+        return dr.reinterpret_array(self.types.Float, self.bits << 16)
+
+    def reach(self, octant_shift: Any) -> Any:
+        """Bricks per axis of the empty cube ahead, as a float; 1 where the brick shows something."""
+        import drjit as dr
+
+        bits = dr.select(self.shows, self.types.UInt32(0), (self.bits >> octant_shift) & 7)
+        level = self.types.Float(bits)
+        return dr.fma(level * 0.5, level + 1.0, 1.0)
+
+
+def _and_ahead(empty: NDArray[np.uint8], shift: int, axis: int, down: bool) -> NDArray[np.uint8]:
+    """``empty`` and itself ``shift`` bricks further along ``axis`` (back, if ``down``); outside counts as empty."""
+    both = empty.copy()
+    if shift < empty.shape[axis]:
+        near, far = [slice(None)] * 3, [slice(None)] * 3
+        near[axis], far[axis] = slice(None, -shift), slice(shift, None)
+        here, there = (far, near) if down else (near, far)
+        np.bitwise_and(empty[tuple(here)], empty[tuple(there)], out=both[tuple(here)])
+    return both

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays through one field or several: the coordinate that the march goes along.
+
+Through one field the coordinate t counts voxels from the ray's entry, so that float32 is fine there wherever the field
+stands in the world. Through several it counts world units from the first entry, and each field knows where it begins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_core.volume.march.arithmetic import larger, smaller
+from spectral_core.volume.march.march_input import MarchInput, Rays, clip_to_box
+
+NEVER = 1e30
+# What is left of a field below this many voxels may vanish in the rounding of a shared t, and is left out.
+_REST = 1e-4
+
+
+@dataclass(frozen=True)
+class WorldRay:
+    """Ray through the scene: ``origin`` and unit ``direction`` (Array3f), ended by a surface at ``end``."""
+
+    origin: Any
+    direction: Any
+    end: Any
+
+    def at(self, distance: Any) -> Any:
+        """World point at a distance."""
+        import drjit as dr
+
+        return dr.fma(self.direction, distance, self.origin)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A field ready to march and ``index_from_world``: rows of its linear part, and its offset, device numbers."""
+
+    data: MarchInput
+    rows: tuple[Any, Any, Any]
+    offset: Any
+
+    def index_vector(self, world: Any) -> Any:
+        """A world vector in index space."""
+        import drjit as dr
+
+        return type(world)(*(dr.dot(row, world) for row in self.rows))
+
+    def index_point(self, world: Any) -> Any:
+        """A world point in index space."""
+        return self.index_vector(world) + self.offset
+
+    def world_covector(self, index: Any) -> Any:
+        """A gradient over index space as one over world space: ∂f/∂world_a = Σ_b ∂f/∂index_b · ∂index_b/∂world_a."""
+        return self.rows[0] * index.x + self.rows[1] * index.y + self.rows[2] * index.z
+
+    def rays(self, ray: WorldRay) -> tuple[Rays, Any]:
+        """(the ray inside this field, world distance at which that begins)."""
+        import drjit as dr
+
+        vector = self.data.volume.types.Array3f
+        point, along = self.index_point(vector(ray.origin)), self.index_vector(vector(ray.direction))
+        speed = dr.sqrt(dr.dot(along, along))
+        along = along / speed
+        world = dr.rcp(speed)
+        inside = clip_to_box(self.data.grid, point, along, world, 0.0 * world)
+        begin = dr.dot(inside.origin - point, along) * world
+        length = dr.clip((ray.end - begin) * speed, 0.0, inside.length)
+        return Rays(inside.origin, inside.direction, length, world, inside.line), begin
+
+
+@dataclass(frozen=True)
+class FieldPath:
+    """One field along the path. ``begin`` is t at its entry, ``voxel`` the length of a voxel in units of t; both None
+    where t counts this field's own voxels.
+    """
+
+    data: MarchInput
+    rays: Rays
+    begin: Any = None
+    voxel: Any = None
+
+    def local(self, t: Any) -> Any:
+        """Voxels from this field's entry."""
+        return t if self.begin is None else (t - self.begin) / self.voxel
+
+    def along(self, voxels: Any) -> Any:
+        """A length in voxels, in units of t."""
+        return voxels if self.voxel is None else voxels * self.voxel
+
+    def inside(self, t: Any) -> Any:
+        """Whether t lies in this field (the Python True where there is no other)."""
+        if self.begin is None:
+            return True
+        local = self.local(t)
+        return (local > -10.0 * _REST) & (local < self.rays.length - _REST)
+
+    def until_entry(self, t: Any) -> Any:
+        """Units of t until the ray enters; NEVER where it is past the entry or never enters."""
+        import drjit as dr
+
+        waits = (self.local(t) <= -10.0 * _REST) & (self.rays.length > _REST)
+        return dr.select(waits, self.begin - t, NEVER)
+
+
+@dataclass(frozen=True)
+class Path:
+    """What a march goes along: ``fields``, the ``length`` in units of t, and the ``world`` length of one unit.
+
+    ``start`` is the world distance along the ray at t = 0, for those who ask where they are.
+    """
+
+    fields: tuple[FieldPath, ...]
+    length: Any
+    world: Any
+    start: Any = None
+
+    @property
+    def types(self) -> Any:
+        """The Dr.Jit array module."""
+        return self.fields[0].data.volume.types
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether t is common to several fields."""
+        return len(self.fields) > 1
+
+    def distance(self, t: Any) -> Any:
+        """World distance along the ray."""
+        import drjit as dr
+
+        return dr.fma(t, self.world, self.start)
+
+
+def path_through(fields: list[Placed], ray: WorldRay) -> Path:
+    """The path of a world ray through ``fields``."""
+    import drjit as dr
+
+    parts = [field.rays(ray) for field in fields]
+    if len(fields) == 1:
+        rays, begin = parts[0]
+        return Path((FieldPath(fields[0].data, rays),), rays.length, rays.world, begin)
+    first: Any = NEVER
+    last: Any = -NEVER
+    for rays, begin in parts:
+        first = smaller(dr.select(rays.length > 0, begin, NEVER), first)
+        last = larger(dr.select(rays.length > 0, begin + rays.length * rays.world, -NEVER), last)
+    met = last > first
+    first = dr.select(met, first, 0.0)
+    paths = tuple(
+        FieldPath(field.data, rays, begin - first, rays.world)
+        for field, (rays, begin) in zip(fields, parts, strict=True)
+    )
+    one = ray.end * 0.0 + 1.0
+    return Path(paths, dr.select(met, last - first, 0.0), one, first)

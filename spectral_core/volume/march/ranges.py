@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How rough a transfer function is between any two data values: what turns a brick's range into a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.volume.march.brick_word import BrickWord, Mask, Words
+from spectral_core.volume.march.bricks import BrickStatistics
+from spectral_core.volume.march.tables import TransferTable
+
+BINS = 512
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RangeTables:
+    """What a transfer function does between two data values: arrays (bins, bins) read at [lowest, highest].
+
+    ``slope`` is the steepest rise of opacity-saturated source per data unit,
+    ``kink`` the greatest change of that rise. Saturated (1 - exp(-σ·voxel)): more extinction than fills a voxel
+    cannot make a picture rougher. They decide how long steps are, never whether something is shown: that is exact.
+    """
+
+    table: TransferTable
+    voxel: float
+
+    def shows(self, low: NDArray[np.float32], high: NDArray[np.float32]) -> Mask:
+        """Whether anything shows at some value between ``low`` and ``high``; exact, as narrow as a peak may be."""
+        shown = np.zeros(low.shape, bool)
+        for start, end, at_start, at_end in self.table.support:
+            above = (high >= start) if at_start else (high > start)
+            shown |= above & ((low <= end) if at_end else (low < end))
+        return shown
+
+    def empties(self, statistics: BrickStatistics) -> tuple[Mask, Words]:
+        """(bricks that show something, words as if all were empty); kept, since every rule's grid starts from them."""
+        key = (statistics.edge, statistics.centered)
+        if key not in self._empties:
+            shows = self.shows(statistics.low, statistics.high)
+            self._empties[key] = (shows, BrickWord.pack_empty(shows))
+        return self._empties[key]
+
+    @cached_property
+    def _empties(self) -> dict[tuple[int, bool], tuple[Mask, Words]]:
+        return {}
+
+    @cached_property
+    def is_even(self) -> bool:
+        """Whether bins of equal width resolve the function: two of them at least lie between any two knots."""
+        knots = self.table.knots
+        return len(knots) < 2 or float(np.diff(knots).min()) * BINS > 2.0 * float(knots[-1] - knots[0])
+
+    @cached_property
+    def edges(self) -> Floats:
+        """Data values (bins + 1,) between the bins: the span of the knots, and a bin more on either side.
+
+        Bins are of equal width, or equally many between any two knots where the knots lie too unevenly for that.
+        """
+        knots = self.table.knots
+        if len(knots) < 2:
+            knots = knots[0] + max(abs(float(knots[0])), 1e-30) * np.array([-1e-3, 1e-3])
+        if self.is_even:
+            inner = np.linspace(knots[0], knots[-1], BINS - 1)
+        else:
+            inner = np.interp(np.linspace(0, len(knots) - 1, BINS - 1), np.arange(len(knots)), knots)
+        beyond = (knots[-1] - knots[0]) / (BINS - 2)
+        return np.concatenate([[inner[0] - beyond], inner, [inner[-1] + beyond]])
+
+    @cached_property
+    def _rises(self) -> Floats:
+        """Rise of each saturated column per data unit, per bin: (bins, K)."""
+        columns = self.table.columns_at(self.edges)
+        k = self.table.materials
+        extinction = columns.sum(-1) if columns.shape[1] == k else columns[:, k:].sum(-1)
+        if self.table.weights is not None:
+            extinction, columns = columns[:, :k].sum(-1), columns[:, :k] + columns[:, k:]
+        depth = extinction * self.voxel
+        mean = np.where(depth > 1e-6, -np.expm1(-depth) / np.where(depth > 0, depth, 1.0), 1.0)
+        saturated = columns[:, :k] * (mean * self.voxel)[:, None]
+        rises: Floats = np.diff(saturated, axis=0) / np.diff(self.edges)[:, None]
+        return rises
+
+    @cached_property
+    def slope(self) -> Floats:
+        return _over_ranges(np.abs(self._rises).sum(-1), np.maximum)
+
+    @cached_property
+    def kink(self) -> Floats:
+        """Sum over materials of (greatest - least rise); the range's neighbors count, for a kink on a bin's edge."""
+        wider = np.pad(self._rises, ((1, 1), (0, 0)), mode="edge")
+        most = np.maximum(np.maximum(wider[:-2], wider[1:-1]), wider[2:])
+        least = np.minimum(np.minimum(wider[:-2], wider[1:-1]), wider[2:])
+        change = np.zeros((BINS, BINS))
+        for k in range(wider.shape[1]):
+            change += _over_ranges(most[:, k], np.maximum) - _over_ranges(least[:, k], np.minimum)
+        return change
+
+    def bins(self, values: NDArray[np.float32]) -> NDArray[np.intp]:
+        """Bin of each data value; values beyond the edges count as in the first or last bin."""
+        if self.is_even:
+            scale = BINS / (self.edges[-1] - self.edges[0])
+            return np.clip((values - np.float64(self.edges[0])) * scale, 0, BINS - 1).astype(np.intp)
+        return np.clip(np.searchsorted(self.edges, values, side="right") - 1, 0, BINS - 1)
+
+
+def _over_ranges(per_bin: Floats, pick: np.ufunc) -> Floats:
+    """[a, b] -> pick over the bins a to b; the lower triangle is the upper one's mirror and never read."""
+    spread = np.where(np.tri(BINS, k=-1, dtype=bool), per_bin[:, None], per_bin[None, :])
+    return pick.accumulate(spread, axis=1) if pick is np.maximum else -np.maximum.accumulate(-spread, axis=1)

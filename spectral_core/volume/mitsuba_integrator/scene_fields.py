@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The fields of one integrator: on the device, with the steps that pilot rays chose for each sensor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import MissingDependencyError
+from spectral_core.llvm_library import LLVM_INSTALL_HINT
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.march.device import opaque_vector
+from spectral_core.volume.march.path import Placed
+from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
+from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
+from spectral_core.volume.plan import Plan, plan
+from spectral_core.volume.renderer import VolumeRenderer
+from spectral_core.volume.view import View
+
+_KEPT_PLANS = 32  # sensors whose steps are remembered
+
+
+def variant_types() -> Any:
+    """The Dr.Jit array module of Mitsuba's variant; raises MissingDependencyError for a scalar one."""
+    import drjit.cuda.ad
+    import drjit.llvm.ad
+    import mitsuba as mi
+
+    name = mi.variant() or ""
+    if name.startswith("scalar"):
+        raise MissingDependencyError(
+            f"volumes are rendered by Mitsuba's llvm and cuda variants, but {name} is set; set llvm_ad_rgb or "
+            f"llvm_ad_spectral, and if LLVM is missing, {LLVM_INSTALL_HINT}"
+        )
+    return drjit.llvm.ad if name.startswith("llvm") else drjit.cuda.ad
+
+
+class SceneFields:
+    """All fields of one integrator, ready to march for one sensor at a time.
+
+    What pilot rays chose is kept per sensor: only the first frame of each pays for it, and a sensor that moves,
+    zooms or changes its size is another one. ``plans`` are those of the sensor that was prepared last.
+    """
+
+    def __init__(self, items: list[SceneVolume], settings: VolumeSettings) -> None:
+        self.items, self.settings, self.types = items, settings, variant_types()
+        self.renderers = [VolumeRenderer(item.volume, self.types) for item in items]
+        self.colors = [SceneColors(self.types, item, settings.light, settings.shading) for item in items]
+        self.plans: tuple[Plan | None, ...] = (None,) * len(items)
+        self.placed: list[Placed] = []
+        self._kept: dict[tuple[object, ...] | None, tuple[tuple[Plan | None, ...], list[Placed]]] = {}
+
+    @property
+    def materials(self) -> list[str]:
+        """Names of the material channels; with several fields, each with its field's name before it."""
+        if len(self.items) == 1:
+            return list(self.items[0].transfer.names)
+        fields = [item.volume.name for item in self.items]
+        # A film takes no two channels of one name, so fields that share a name are numbered.
+        marks = [name if fields.count(name) == 1 else f"{name} {i + 1}" for i, name in enumerate(fields)]
+        return [f"{mark}.{name}" for mark, i in zip(marks, self.items, strict=True) for name in i.transfer.names]
+
+    def prepare(self, view: View | None) -> None:
+        """Choose steps (for ``view``, else for one around each field) and put everything on the device."""
+        key = None if view is None else view.key
+        if key not in self._kept:
+            while len(self._kept) >= _KEPT_PLANS:
+                self._kept.pop(next(iter(self._kept)))
+            plans = tuple(self._plan(number, view) for number in range(len(self.items)))
+            self._kept[key] = (plans, [self._place(number, made) for number, made in enumerate(plans)])
+        self.plans, self.placed = self._kept[key]
+
+    def _place(self, number: int, made: Plan | None) -> Placed:
+        wanted, item = self.settings, self.items[number]
+        if made is None:
+            rule = "error" if wanted.rule == "auto" else wanted.rule
+            quadrature = "midpoint" if wanted.quadrature == "auto" else wanted.quadrature
+            stepping = Stepping(rule, quadrature, wanted.scale)  # type: ignore[arg-type]
+        else:
+            stepping = made.stepping
+        data = self.renderers[number].prepare(item.transfer).march_input(stepping)
+        matrix = item.volume.to_index
+        rows = [opaque_vector(self.types, row) for row in matrix[:3, :3]]
+        return Placed(data, (rows[0], rows[1], rows[2]), opaque_vector(self.types, matrix[:3, 3]))
+
+    def _plan(self, number: int, view: View | None) -> Plan | None:
+        """What pilot rays choose; None where the settings fix the steps."""
+        import mitsuba as mi
+
+        wanted, item = self.settings, self.items[number]
+        if wanted.scale > 0:
+            return None
+        around = view or View.around(item.volume)
+        rule, quadrature = wanted.rule, wanted.quadrature
+        made = plan(self.renderers[number], around, item.transfer, wanted.quality, rule=rule, quadrature=quadrature)  # type: ignore[arg-type]
+        if made.shortfall:
+            mi.Log(mi.LogLevel.Warn, f"volume {item.volume.name!r}: {made.shortfall}")
+        return made
+
+
+def sensor_view(sensor: Any) -> View | None:
+    """The View of a perspective or orthographic Mitsuba sensor; None for any other."""
+    import mitsuba as mi
+
+    known = mi.traverse(sensor)
+    width, height = (int(n) for n in sensor.film().size())
+    matrix = np.array(sensor.world_transform().matrix, dtype=np.float64).reshape(4, 4)
+    name = sensor.class_name() if hasattr(sensor, "class_name") else type(sensor).__name__
+    if "x_fov" in known:
+        fov = float(np.array(known["x_fov"]).ravel()[0])
+        return View(matrix, width, height, fov_deg=fov)
+    if "Orthographic" in name:
+        scale = float(np.linalg.norm(matrix[:3, 0]))
+        matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
+        return View(matrix, width, height, fov_deg=None, ortho_width=2 * scale)
+    return None

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Functions that the tests sweep, in workers too."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def plane(a: float, b: float) -> dict[str, float]:
+    """A sum and a product."""
+    return {"sum": a + b, "product": a * b}
+
+
+def picture(a: float, b: float, seed: int = 0) -> dict[str, object]:
+    """A small picture that depends on both, and its mean."""
+    ramp = np.linspace(0, 1, 12)
+    image = np.stack(np.broadcast_arrays(a * ramp[:, None], b * ramp[None], np.float64(0.2)), axis=2)
+    return {"mean": float(image.mean()), "image": image}
+
+
+def counted(a: float, b: float, log: str, pause: float = 0.0) -> dict[str, float]:
+    """Note the start and the end of each call in a file, one line each, and take a while."""
+    line = f"{a!r} {b!r}\n"
+    with Path(log).open("a") as file:
+        file.write("start " + line)
+    time.sleep(pause)
+    with Path(log).open("a") as file:
+        file.write("end " + line)
+    return {"sum": a + b}
+
+
+def sometimes(a: float, b: float, log: str) -> dict[str, float]:
+    """Fail for large a, crash the process for large b, count the calls."""
+    with Path(log).open("a") as file:
+        file.write(f"{a!r} {b!r}\n")
+    if a > 0.8:
+        raise ValueError("a is too large")
+    if b > 0.9:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    return {"sum": a + b}

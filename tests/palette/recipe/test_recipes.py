@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recipes of lamps and materials, against colour-science's evaluation and independent mixing laws."""
+
+from __future__ import annotations
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+
+from spectral_core import cli
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.recipe.lamp import lamp_recipe
+from spectral_core.palette.recipe.material import Colorants, material_recipe
+from spectral_core.palette.recipe.white import LAMP_GRID
+from spectral_core.palette.texture.lights import led
+from spectral_core.palette.texture.reach import stimulus_matrix
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+
+CHANNELS = [
+    led(peak, width)
+    for peak, width in ((445, 20), (470, 22), (500, 25), (525, 32), (560, 90), (595, 16), (630, 18), (660, 20))
+]
+GRID = SpectralGrid.uniform(400, 700, 10)
+PAINTS = ("blue", "green", "red", "yellow", "magenta", "white 9.5 (.05 D)", "black 2 (1.5 D)")
+SPECTRA = np.stack([reflectance(name).at(GRID.wavelengths_nm) for name in PAINTS])
+LIGHTS = [illuminant("D65"), illuminant("A")]
+
+
+@pytest.fixture(scope="module")
+def colour():
+    pytest.importorskip("colour")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # colour-science warns of optional plotting packages that it does not find
+        import colour
+    return colour
+
+
+@pytest.mark.parametrize(
+    ("cct", "duv", "index", "most"),
+    [(2700, 0.0, 90, None), (4000, 0.0, 90, 4), (6500, 0.003, 80, None), (5000, 0, 95, 6)],
+)
+def test_lamps_reach_white_and_rendering_by_colour_sciences_own_evaluation(colour, cct, duv, index, most) -> None:
+    recipe = lamp_recipe(CHANNELS, cct, duv=duv, rendering_index=index, most_channels=most)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        measured = colour.SpectralDistribution(dict(zip(LAMP_GRID.wavelengths_nm, recipe.lamp.values, strict=True)))
+        uv = colour.UCS_to_uv(colour.XYZ_to_UCS(colour.sd_to_XYZ(measured)))
+        kelvin, found_duv = colour.temperature.uv_to_CCT_Ohno2013(uv)
+        rendering = colour.colour_rendering_index(measured)
+    assert recipe.met
+    assert abs(found_duv - duv) < 0.001
+    assert kelvin == pytest.approx(cct, rel=0.002)
+    assert rendering >= index - 0.3
+    assert rendering == pytest.approx(recipe.rendering_index, abs=0.3)
+    assert np.count_nonzero(recipe.drives) <= (most or len(CHANNELS))
+    assert recipe.drives.max() == pytest.approx(1)
+    assert recipe.drives.min() >= 0
+
+
+def test_a_lamp_that_cannot_render_well_says_so() -> None:
+    pytest.importorskip("colour")
+    narrow = [led(450, 5), led(540, 5), led(610, 5)]
+    recipe = lamp_recipe(narrow, 4000, rendering_index=95)
+    assert not recipe.met
+    assert abs(recipe.duv) < 1e-3
+    with pytest.raises(InvalidInputError, match="add a channel on the other side"):
+        lamp_recipe([led(600, 20), led(620, 20), led(640, 20)], 6500)
+    with pytest.raises(InvalidInputError, match="3 to 16 channels"):
+        lamp_recipe(narrow[:2], 4000)
+
+
+def kubelka_munk(shares, surfaces):
+    """Single-constant theory, written out again."""
+    ratio = sum(share * (1 - surface) ** 2 / (2 * surface) for share, surface in zip(shares, surfaces, strict=True))
+    return 1 + ratio - np.sqrt(ratio**2 + 2 * ratio)
+
+
+def test_a_mixture_of_known_shares_is_found_again() -> None:
+    shares = np.array([0.0, 0.35, 0.25, 0.0, 0.0, 0.4, 0.0])
+    target = Reflectance("mixed by hand", GRID, kubelka_munk(shares, SPECTRA))
+    recipe = material_recipe(Colorants("paints", PAINTS, GRID, SPECTRA), target, LIGHTS)
+    assert recipe.delta_e.max() < 0.05
+    assert sum(recipe.grams(250).values()) == pytest.approx(250)
+    made = kubelka_munk(recipe.amounts, SPECTRA)
+    matrix = stimulus_matrix(LIGHTS, GRID)
+    errors = delta_e_2000(
+        lab_from_linear_rgb((matrix @ made).reshape(2, 3)), lab_from_linear_rgb((matrix @ target.values).reshape(2, 3))
+    )
+    np.testing.assert_allclose(errors, recipe.delta_e, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["paints", "inks", "filters"])
+def test_dosage_errors_are_predicted_within_a_fifth(kind) -> None:
+    colorants = Colorants(kind, PAINTS, GRID, SPECTRA)
+    recipe = material_recipe(colorants, reflectance("foliage"), LIGHTS)
+    rng, matrix = np.random.default_rng(8), stimulus_matrix(LIGHTS, GRID)
+    center = lab_from_linear_rgb((matrix @ colorants.reflectance(recipe.amounts)).reshape(2, 3))
+    errors = []
+    for _ in range(1500):
+        dosed = np.minimum(recipe.amounts * (1 + 0.02 * rng.normal(size=len(PAINTS))), colorants.most)
+        errors.append(delta_e_2000(lab_from_linear_rgb((matrix @ colorants.reflectance(dosed)).reshape(2, 3)), center))
+    np.testing.assert_allclose(recipe.dosage_delta_e, np.mean(errors, axis=0), rtol=0.2)
+
+
+def test_few_colorants_and_limits() -> None:
+    recipe = material_recipe(
+        Colorants("paints", PAINTS, GRID, SPECTRA), reflectance("dark skin"), LIGHTS, most_colorants=2
+    )
+    assert np.count_nonzero(recipe.amounts) <= 2
+    halftone = Colorants("inks", ("one",), GRID, np.full((1, GRID.size), 0.04), dot_gain_n=1.0)
+    # Murray-Davies: without dot gain the reflectance is linear in coverage.
+    np.testing.assert_allclose(halftone.reflectance([0.25]), 0.75 + 0.25 * 0.04)
+    glass = Colorants("filters", ("one",), GRID, np.full((1, GRID.size), 0.5))
+    np.testing.assert_allclose(glass.reflectance([1.5]), 0.5**3)
+    with pytest.raises(InvalidInputError, match="whose amounts are coverages"):
+        material_recipe(halftone, reflectance("foliage"), LIGHTS).grams(1)
+    with pytest.raises(InvalidInputError, match="at least one light"):
+        material_recipe(halftone, reflectance("foliage"), [])
+
+
+def test_the_command_prints_a_recipe(tmp_path, capsys) -> None:
+    pytest.importorskip("colour")
+    write_spectra(tmp_path / "leds.csv", [Illuminant(c.name, c.grid, c.values) for c in CHANNELS])
+    assert cli.main(["recipe", "lamp", str(tmp_path / "leds.csv"), "--cct", "4000", "--cri", "85", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["met"]
+    paints = [Reflectance(name, GRID, row) for name, row in zip(PAINTS, SPECTRA, strict=True)]
+    write_spectra(tmp_path / "paints.csv", paints)
+    assert cli.main(["recipe", "paints", str(tmp_path / "paints.csv"), "--target", "foliage", "--json"]) == 0
+    shares = json.loads(capsys.readouterr().out.splitlines()[-1])["amounts"]
+    assert sum(shares.values()) == pytest.approx(1)
+    assert cli.main(["recipe", "paints", str(tmp_path / "paints.csv")]) == 1
+    assert "needs --target" in capsys.readouterr().err

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""No module imports itself through others, imports within functions included."""
+
+from __future__ import annotations
+
+from graphlib import CycleError, TopologicalSorter
+
+import pytest
+
+grimp = pytest.importorskip("grimp", reason="needs import-linter: pip install 'spectral-scene[dev]'")
+
+
+@pytest.mark.parametrize("package", ["blender_addon"])
+def test_no_import_circle(package):
+    graph = grimp.build_graph(package, exclude_type_checking_imports=True, cache_dir=None)
+    order = TopologicalSorter({name: graph.find_modules_directly_imported_by(name) for name in graph.modules})
+    try:
+        order.prepare()
+    except CycleError as error:
+        pytest.fail(" → ".join(error.args[1]))
