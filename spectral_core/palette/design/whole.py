@@ -41,8 +41,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     perceptual = problem.match == "perceptual"
     both = len(rounds.sides) == 2
     # A single side is one convex problem; in CIELAB a few rounds settle what its metric is taken at.
-    most = problem.rounds if both else min(problem.rounds, PERCEPTUAL_ROUNDS if perceptual else 1)
-    metric = False
+    most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
     outer = outer_side(problem) if both else None
     for number in range(1, most + 1):
         metric = perceptual and number > (LEAD if both else 1)
@@ -51,7 +50,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
         state = rounds.round(state, perceptual=metric)
         if both and budget.spent:
             break
-        if number > LEAD and rounds.settled(state, perceptual=metric):
+        if number > (LEAD if both else 1) and rounds.settled(state, perceptual=metric):
             break
-    rounds.check(state, perceptual=metric)
+    rounds.check(state, perceptual=perceptual)
     return state

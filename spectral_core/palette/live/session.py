@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
-from spectral_core.palette.assemble.wishes import Target, compiled_wishes
+from spectral_core.palette.assemble.wishes import WEIGHT_RATIO, Target, compiled_wishes
 from spectral_core.palette.cell_errors import CellErrors
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
@@ -29,8 +29,6 @@ Array = NDArray[np.float64]
 FIRST_SECONDS = 0.5
 """Time budget of the solve with which a session begins."""
 TARGET_MODES = (CellMode.FIXED, CellMode.BLACK)
-NEAR_MEDIAN = 1e4
-"""Ratio to the median weight up to which a weight needs no comparison with all others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +149,17 @@ class PaletteSession:
         if assembled is None or problem.match != "linear" or problem.subspace is not None:
             return None
         old = before.cells[cell[0]][cell[1]]
-        usual = 1 / NEAR_MEDIAN <= wish.weight / assembler.wishes.weight_scale <= NEAR_MEDIAN
-        if not usual or old.weight == 0 or wish.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
+        weight = wish.weight / assembler.wishes.weight_scale
+        weights = [weight, *(each.weight for each in assembler.wishes.targets)]
+        weights += [each for group in assembler.wishes.groups for each in group.weights]
+        if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights) or old.weight == 0:
+            return None  # weights are capped, or a cell asks nothing any more
+        if wish.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
             return None
         if assembler.in_group(cell) or len(assembler.wishes.conditions) > 1 or assembler.wishes.notes:
             return None
         color = np.zeros(3) if wish.target is None else wish.target
-        assembler.with_target(problem, Target(cell, color, wish.weight / assembler.wishes.weight_scale, wish.exact))
+        assembler.with_target(problem, Target(cell, color, weight, wish.exact))
         item = cell[0] if assembled.side == "reflectances" else cell[1]
         if item not in assembled.items:
             return None

@@ -42,6 +42,8 @@ class ActiveSet:
         self.x = np.clip(np.zeros(problem.size), self.lower, self.upper)
         self.free = np.ones(problem.size, dtype=bool)
         self.stale = set(range(count))
+        self._held_free, self._held = self.free.copy(), self.x.copy()
+        """Which unknowns were free, and the values of the others, when their block was last eliminated."""
         self._affine = np.zeros((2, problem.size, self.colors + 1))
         """Value and gradient of each unknown as (constant, by color)."""
         self._borders = [np.zeros((0, 0))] * count
@@ -55,7 +57,9 @@ class ActiveSet:
         """Take a start: values, and which unknowns are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
         self.free = free & (self.lower < self.upper)
-        self.stale = set(range(len(self.arrow.spectra)))
+        # Factors of blocks whose bounds are held as they were then are still right.
+        moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
+        self.stale.update(set(self.block_of[moved].tolist()) - {-1})
 
     # -- the solution with the present bounds held -----------------------------------------------------------------
 
@@ -76,6 +80,7 @@ class ActiveSet:
             gradient[0] += spectrum.linear
             gradient[1:] -= spectrum.ties
             gradient[:, free] = 0.0
+            self._held_free[begin:end], self._held[begin:end] = free, self.x[begin:end]
             self._affine[0, begin:end] = values.T
             self._affine[1, begin:end] = gradient.T
             self._borders[k] = multipliers
@@ -113,7 +118,7 @@ class ActiveSet:
             inner = system[free][:, free]
             # A color that nothing pulls at has no curvature; the ridge leaves it where it was.
             own = np.diagonal(self.arrow.color_system[0])
-            inner[np.diag_indices_from(inner)] += 1e-15 * max(float(np.abs(own).max()), 1e-300)
+            inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(own).max()), 1e-300)
             found[free] = _symmetric_solve((inner + inner.T) / 2, right[free])
         return found
 
@@ -161,7 +166,7 @@ class ActiveSet:
 
     def _toggle(self, which: Mask) -> None:
         self.free[which] = ~self.free[which]
-        self.stale.update(k for k in np.unique(self.block_of[which]).tolist() if k >= 0)
+        self.stale.update(set(self.block_of[which].tolist()) - {-1})
 
     # -- first gear ------------------------------------------------------------------------------------------------
 
@@ -230,9 +235,9 @@ class ActiveSet:
                 x[first] = self.lower[first] if below[first] else self.upper[first]
             gradient[first] = 0.0
             self.x = x
-            which = np.zeros(x.size, dtype=bool)
-            which[first] = True
-            self._toggle(which)
+            self.free[first] = not self.free[first]
+            if self.block_of[first] >= 0:
+                self.stale.add(int(self.block_of[first]))
         return False
 
     def _gradient_at(self, x: Array) -> Array:

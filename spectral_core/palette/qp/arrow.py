@@ -82,8 +82,7 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
     in_border = exact | (relative > cap)
     weighted = weights[:, None] * block.rows
     hessian = weighted.T @ block.rows + block.gram / unit
-    index = np.arange(len(hessian))
-    hessian[index, index] += RIDGE * max(float(hessian[index, index].mean()), 1e-12)
+    hessian.flat[:: len(hessian) + 1] += RIDGE * max(float(hessian.trace()) / len(hessian), 1e-12)
     tied = weights[:, None] * block.ties
     with np.errstate(divide="ignore"):
         compliance = np.where(exact, 0.0, 1.0 / (relative - weights))[in_border]
@@ -122,7 +121,7 @@ class Factors:
         if len(spectrum.border):
             schur = spectrum.border @ self._border_solved.T
             least = STIFFNESS * max(float(np.diagonal(schur).max()), 1e-300)
-            schur[np.diag_indices_from(schur)] += np.maximum(spectrum.compliance, least)
+            schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur
 
     def _solved(self, rows: Array) -> Array:
@@ -146,7 +145,7 @@ class Factors:
 
 def _ridged(matrix: Array, share: float) -> Array:
     ridged = matrix.copy()
-    ridged[np.diag_indices_from(ridged)] += share * max(float(np.diagonal(matrix).mean()), 1e-12)
+    ridged.flat[:: len(ridged) + 1] += share * max(float(np.diagonal(matrix).mean()), 1e-12)
     return ridged
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.arrow import Arrow
+from spectral_core.palette.qp.arrow import Arrow, Spectrum
 from spectral_core.palette.qp.quadratic import Block, Quadratic
 
 Array = NDArray[np.float64]
@@ -18,35 +18,55 @@ Mask = NDArray[np.bool_]
 
 FAR = 1e30
 """Stands for infinity where a solver wants a number."""
+STIFFEST = 1e8
+"""Largest weight, relative to the median, that daqp is given: its normal equations lose digits past that."""
+EQUAL = 5
+"""daqp's sense of a row that must hold as an equality."""
 REACHED = 1e-7
 """Linear RGB within which exact rows count as possible together."""
 
 
-def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
-    """Spectra that share no color and have no border rows, by daqp; None where it does not apply or gives up."""
+def lone_spectrum(spectrum: Spectrum, lower: Array, upper: Array, colors: Array) -> tuple[Array, Mask] | None:
+    """One spectrum at given free colors, by daqp, and which samples are off their bounds; None where it gives up.
+
+    Where exact rows are many or heavy rows hold it, the answer is a guess of the active bounds more than an optimum.
+    """
     import daqp
 
-    problem = arrow.problem
-    if problem.color_lower.size or any(len(spectrum.border) for spectrum in arrow.spectra):
+    size = lower.size
+    exact = spectrum.compliance == 0
+    hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
+    right = spectrum.border_target + spectrum.border_ties @ colors
+    if not exact.all():
+        heavy, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
+        hessian = hessian + (heavy.T * stiffness) @ heavy
+        linear = linear - (stiffness * right[~exact]) @ heavy
+    rows, equal = np.ascontiguousarray(spectrum.border[exact]), right[exact]
+    high, low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
+    sense = np.zeros(size + len(equal), dtype=np.int32)
+    sense[size:] = EQUAL
+    if len(equal):
+        high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
+    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_tol=1e-11, dual_tol=1e-12)
+    if flag <= 0 or not np.all(np.isfinite(x)):
         return None
-    parts, frees = [], []
-    for block, spectrum in zip(problem.blocks, arrow.spectra, strict=True):
-        size = block.lower.size
-        low, high = np.maximum(block.lower, -FAR), np.minimum(block.upper, FAR)
-        none, sense = np.zeros((0, size)), np.zeros(size, dtype=np.int32)
-        x, _, flag, info = daqp.solve(
-            spectrum.hessian, spectrum.linear, none, high, low, sense, primal_tol=1e-11, dual_tol=1e-12
-        )
-        if flag <= 0 or not np.all(np.isfinite(x)):
+    multipliers = np.asarray(info["lam"])[:size]
+    # Exactly on the bound where a multiplier says so: rounding must not make an active bound look free.
+    value = np.where(multipliers > 0, upper, np.where(multipliers < 0, lower, np.asarray(x)))
+    return np.clip(value, lower, upper), multipliers == 0
+
+
+def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
+    """All spectra by daqp where they share no color; None where they do, or where daqp gives up."""
+    if arrow.problem.color_lower.size:
+        return None
+    found = []
+    for block, spectrum in zip(arrow.problem.blocks, arrow.spectra, strict=True):
+        one = lone_spectrum(spectrum, block.lower, block.upper, np.zeros(0))
+        if one is None:
             return None
-        multipliers = np.asarray(info["lam"])
-        # Exactly on the bound where a multiplier says so: rounding must not make an active bound look free.
-        value = np.where(multipliers > 0, block.upper, np.where(multipliers < 0, block.lower, np.asarray(x)))
-        parts.append(np.clip(value, block.lower, block.upper))
-        frees.append(multipliers == 0)
-    if not parts:
-        return np.zeros(0), np.zeros(0, dtype=bool)
-    return np.concatenate(parts), np.concatenate(frees)
+        found.append(one)
+    return np.concatenate([x for x, _ in found]), np.concatenate([free for _, free in found])
 
 
 def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.qp.active_set import ActiveSet
 from spectral_core.palette.qp.arrow import Arrow, median_weight
-from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
+from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, lone_spectrum, nearest_miss
 from spectral_core.palette.qp.feasibility import can_hold
 from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import FAILED, PERFECT, Check, checked
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 DENSE_LIMIT = 200
 """Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
@@ -31,6 +32,8 @@ ELASTIC = 1e4
 """Weight, relative to the median, of exact rows that cannot hold together."""
 SHARP, FINE_STEPS = 1e-8, 12
 """KKT residual past which an answer is refined, and the active-set steps that this may take."""
+CONFLICTING = 1e-3
+"""Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 NEAR = 1e-7
 """Distance to a bound at which an interior answer is taken to lie on it."""
 
@@ -58,6 +61,8 @@ class Engine:
         self._active: ActiveSet | None = None
         self._arrow: Arrow | None = None
         self._impossible: set[int] = set()
+        self._conflict = False
+        """Whether exact rows of several spectra conflicted in the last problem."""
         self.steps = 0
         """Active-set steps of the last solve."""
 
@@ -77,8 +82,24 @@ class Engine:
             problem = softened(problem, self._impossible)
         # A gear that diverges overflows; its answer is no number, and the check refuses it.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            answer = self._solve(problem, changed)
+            answer = self._still_conflicting(problem, changed) if self._conflict else None
+            if answer is None:
+                self._conflict = False
+                answer = self._solve(problem, changed)
         return replace(answer, infeasible=True) if self._impossible else answer
+
+    def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
+        """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
+        elastic = softened(problem)
+        answer = self._warm(elastic, changed)
+        if answer is None or not answer.check.passed:
+            return None
+        misses = [
+            float(np.abs(block.misses(value, answer.colors.ravel())[block.exact]).max(initial=0.0))
+            for block, value in zip(problem.blocks, answer.values, strict=True)
+        ]
+        # A row that could hold misses by its multiplier over the elastic weight, which is far less.
+        return replace(answer, infeasible=True) if max(misses) > CONFLICTING else None
 
     def _weighed(self, problem: Quadratic, changed: list[int] | None) -> list[int] | None:
         """Find the blocks whose exact rows cannot hold, before any gear runs into them; returns what changed."""
@@ -114,11 +135,33 @@ class Engine:
             begin, free = active.x.copy(), active.free.copy()
         active.steps = 0
         try:
-            arrived = active.settle() or active.walk(begin, free)
+            arrived = active.settle() or self._guided(active, begin, free, changed)
         except np.linalg.LinAlgError:
             return None
         self.steps = active.steps
-        return self._read(problem, active, "active set") if arrived else None
+        if not arrived:
+            return None
+        answer = self._read(problem, active, "active set")
+        sharp = answer.check.passed and answer.check.kkt <= SHARP
+        return answer if sharp else self._finer(problem, active, "active set", answer)
+
+    @staticmethod
+    def _guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
+        """The walk, with the changed spectra brought to their optimum at the old free colors first.
+
+        Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
+        is short: daqp takes the hundred bends of one spectrum in the time of a few steps.
+        """
+        arrow = active.arrow
+        begin, free = begin.copy(), free.copy()
+        for k in range(len(arrow.spectra)) if changed is None else changed:
+            at = slice(active.offsets[k], active.offsets[k + 1])
+            if at.stop - at.start < DENSE_LIMIT:
+                found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], begin[: active.colors])
+                if found is not None:
+                    begin[at], free[at] = found
+        active.begin(begin, free)
+        return active.settle() or active.walk(begin, free)
 
     def _cold(self, problem: Quadratic) -> Answer:
         """From nothing."""
@@ -162,9 +205,7 @@ class Engine:
         forces = problem.forces(x, multipliers)
         return _answer(problem, x, forces, "piqp")
 
-    def _sharpened(
-        self, problem: Quadratic, arrow: Arrow, begin: Array, free: NDArray[np.bool_], engine: str
-    ) -> Answer | None:
+    def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
         active = ActiveSet(arrow)
         near_low = begin - problem.lower <= problem.upper - begin
         held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
@@ -173,15 +214,23 @@ class Engine:
         arrived = active.settle() or active.walk(np.clip(held, problem.lower, problem.upper), active.free.copy())
         self.steps = active.steps
         answer = self._read(problem, active, engine)
-        if arrived and answer.check.kkt > SHARP:
-            # Lights of very different strength hide the dim ones' pull in the rounding of the bright ones'.
-            held, free = active.x.copy(), active.free.copy()
-            if active.settle(FINE_STEPS, fine=True):
-                fine = self._read(problem, active, engine)
-                if fine.check.worst <= answer.check.worst:
-                    return fine
-            active.begin(held, free)
+        if arrived and not (answer.check.passed and answer.check.kkt <= SHARP):
+            return self._finer(problem, active, engine, answer)
         return answer if arrived or answer.check.passed else None
+
+    def _finer(self, problem: Quadratic, active: ActiveSet, engine: str, answer: Answer) -> Answer:
+        """The answer after refinement, where that is better.
+
+        Lights of very different strength hide the dim ones' pull in the rounding of the bright ones'; and exact rows
+        with large multipliers show what the factors' own ridge leaves.
+        """
+        held, free = active.x.copy(), active.free.copy()
+        if active.settle(FINE_STEPS, fine=True):
+            fine = self._read(problem, active, engine)
+            if fine.check.worst <= answer.check.worst:
+                return fine
+        active.begin(held, free)
+        return answer
 
     def _read(self, problem: Quadratic, active: ActiveSet, engine: str) -> Answer:
         forces = active.arrow.row_forces(active.x, active.multipliers)
@@ -189,18 +238,29 @@ class Engine:
 
     def _elastic(self, problem: Quadratic) -> Answer:
         """Exact rows as heavy ones: the nearest compromise."""
-        answer = self._cold(softened(problem))
+        elastic = softened(problem)
+        if sum(block.exact.sum() for block in elastic.blocks) == sum(block.exact.sum() for block in problem.blocks):
+            elastic = softened(problem, everything=True)
+        answer = self._cold(elastic)
+        self._conflict = True
         return replace(answer, infeasible=True)
 
 
-def softened(problem: Quadratic, which: Collection[int] | None = None) -> Quadratic:
-    """The problem with exact rows, of all blocks or of some, as heavy ones."""
+def softened(problem: Quadratic, which: Collection[int] | None = None, *, everything: bool = False) -> Quadratic:
+    """The problem with the exact rows of cells, in all blocks or in some, as heavy ones.
+
+    Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
+    unless ``everything`` is to be soft.
+    """
     heavy = ELASTIC * median_weight(problem)[0]
-    blocks = tuple(
-        replace(block, weights=np.where(block.exact, heavy, block.weights)) if which is None or k in which else block
-        for k, block in enumerate(problem.blocks)
-    )
-    return replace(problem, blocks=blocks)
+    blocks = list(problem.blocks)
+    for k in range(len(blocks)) if which is None else which:
+        block = blocks[k]
+        soft = block.exact.copy()
+        if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
+            soft[3 * len(block.keys) :] = False
+        blocks[k] = replace(block, weights=np.where(soft, heavy, block.weights))
+    return replace(problem, blocks=tuple(blocks))
 
 
 def solve(problem: Quadratic) -> Answer:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.backends import FAR
+from spectral_core.palette.qp.backends import EQUAL, FAR
 from spectral_core.palette.qp.quadratic import Quadratic, RowKey
 
 Array = NDArray[np.float64]
@@ -19,8 +19,6 @@ JOINT_LIMIT = 24
 """Exact cells up to which those of several spectra are tested together; a test takes milliseconds."""
 CONFLICT = -1
 """daqp's flag of rows and bounds that cannot hold together."""
-EQUAL = 5
-"""daqp's sense of a row that must hold as an equality."""
 
 
 def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
@@ -39,10 +37,14 @@ def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
     return ()
 
 
-def can_hold(problem: Quadratic, block: int) -> bool:
-    """Whether the exact rows of one block can hold within its bounds, whatever the others do."""
+def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
+    """Whether the exact rows of one block can hold within its bounds, whatever the others do.
+
+    ``cells``: whether its exact cells are asked for, or only the rows that belong to no cell.
+    """
     chosen = problem.blocks[block]
-    return _possible(problem, [block], [(block, r) for r in range(len(chosen.keys)) if chosen.exact[3 * r]])
+    keys = [(block, r) for r in range(len(chosen.keys)) if chosen.exact[3 * r]] if cells else []
+    return _possible(problem, [block], keys)
 
 
 def _filtered(problem: Quadratic, blocks: list[int], keys: list[tuple[int, int]]) -> list[tuple[int, int]]:

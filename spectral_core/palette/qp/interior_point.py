@@ -189,12 +189,12 @@ class _Barrier:
         self._count = arrow.problem.color_lower.size
         hessian, _ = arrow.color_system
         system = hessian.copy()
-        system[np.diag_indices(self._count)] += diagonal[: self._count]
+        system.flat[:: self._count + 1] += diagonal[: self._count]
         self._factors, self._responses = [], []
         for k, spectrum in enumerate(arrow.spectra):
             inner = spectrum.hessian.copy()
             own = diagonal[self._offsets[k] : self._offsets[k + 1]]
-            inner[np.diag_indices_from(inner)] += own
+            inner.flat[:: len(inner) + 1] += own
             factors = Factors(spectrum, inner, np.ones(own.size, dtype=bool))
             self._factors.append(factors)
             response = factors.solve(spectrum.ties, spectrum.border_ties.T) if self._count else None
@@ -203,7 +203,7 @@ class _Barrier:
                 system -= spectrum.ties @ response[0].T + spectrum.border_ties.T @ response[1].T
         self._free = ~fixed[: self._count]
         inner = system[self._free][:, self._free]
-        inner[np.diag_indices_from(inner)] += 1e-15 * max(float(np.abs(np.diagonal(hessian)).max(initial=0.0)), 1e-300)
+        inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(np.diagonal(hessian)).max(initial=0.0)), 1e-300)
         self._system = (inner + inner.T) / 2
 
     def solve(self, right: Array, border: list[Array]) -> tuple[Array, list[Array]]:

@@ -13,12 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
-
-DIM = 1e-7
-"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +77,7 @@ def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
         misses = block.misses(value, colors.ravel())
         exact = block.exact
         equality = max(equality, float(np.abs(misses[exact]).max(initial=0.0)))
-        soft = ~exact & (block.weights > 0)
+        soft = block.soft_weights > 0
         # A multiplier must be what its row leaves times its weight, or it explains nothing.
         kkt = max(kkt, float(np.abs(misses[soft] - force[soft] / block.weights[soft]).max(initial=0.0)))
     outside = float(np.maximum(problem.lower - x, x - problem.upper).max(initial=0.0))
@@ -88,36 +85,12 @@ def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
 
 
 def _scale(problem: Quadratic) -> Array:
-    """What each unknown's gradient is compared with.
-
-    By block the gradient that an error of 1 in the color of its *lightest* cell would make, so that nothing heavy hides
-    an error of something light; by color the weight of its lightest cell.
-    """
-    lightest_tie = np.full(problem.color_lower.size, np.inf)
-    sizes = []
+    """What each unknown's gradient is compared with: ``Block.scale``, and by color the weight of its lightest cell."""
+    lightest = np.full(problem.color_lower.size, np.inf)
     for block in problem.blocks:
-        pull = _pulls(block)
-        curvature = float(np.diagonal(block.gram).max(initial=0.0))
-        soft = ~block.exact & (block.weights > 0)
-        strongest = max(curvature, float((np.where(soft, block.weights, 0.0) @ block.rows**2).max(initial=0.0)))
-        sizes.append(min(strongest, float(pull.min(initial=np.inf))) or 1.0)
-        for weight, tie in zip(block.weights[soft], block.ties[soft], strict=True):
-            tied = tie != 0
-            lightest_tie[tied] = np.minimum(lightest_tie[tied], weight)
+        lightest = np.minimum(lightest, block.lightest_ties)
     for weight, tie in zip(problem.known_weights, problem.known_ties, strict=True):
-        lightest_tie[tie != 0] = np.minimum(lightest_tie[tie != 0], weight)
+        lightest[tie != 0] = np.minimum(lightest[tie != 0], weight)
     lengths = [block.lower.size for block in problem.blocks]
-    colors = np.where(np.isfinite(lightest_tie), lightest_tie, 1.0)
-    return np.concatenate([colors, np.repeat(sizes, lengths)])
-
-
-def _pulls(block: Block) -> Array:
-    """Gradient of an error of 1 in each soft row; infinite for rows too dim to show a color."""
-    strength = np.abs(block.rows).max(axis=1, initial=0.0)
-    shown = (np.abs(block.rows).sum(axis=1) >= DIM) & ~block.exact & (block.weights > 0)
-    if block.keys:
-        # Three rows are one color: the strongest of them says how well it shows.
-        colored = 3 * len(block.keys)
-        strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
-        shown[colored:] = False
-    return np.where(shown, np.where(np.isinf(block.weights), 0.0, block.weights) * strength, np.inf)
+    colors = np.where(np.isfinite(lightest), lightest, 1.0)
+    return np.concatenate([colors, np.repeat([block.scale for block in problem.blocks], lengths)])

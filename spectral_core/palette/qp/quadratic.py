@@ -23,11 +23,14 @@ if TYPE_CHECKING:
     from scipy import sparse
 
 Array = NDArray[np.float64]
+DIM = 1e-7
+"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
+
 RowKey = tuple[int, tuple[int, int]]
 """(condition, cell) from which three rows come."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Block:
     """One designed spectrum of n values: its rows, its roughness and its bounds."""
 
@@ -48,10 +51,39 @@ class Block:
     keys: tuple[RowKey, ...] = ()
     """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
 
-    @property
+    @cached_property
     def exact(self) -> NDArray[np.bool_]:
         """Rows that must hold exactly, (m,)."""
         return np.isinf(self.weights)
+
+    @cached_property
+    def soft_weights(self) -> Array:
+        """ω, (m,), with 0 for rows that must hold exactly."""
+        return np.where(self.exact, 0.0, self.weights)
+
+    @cached_property
+    def scale(self) -> float:
+        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
+
+        Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
+        """
+        strength = np.abs(self.rows).max(axis=1, initial=0.0)
+        shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
+        if self.keys:
+            # Three rows are one color: the strongest of them says how well it shows.
+            colored = 3 * len(self.keys)
+            strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
+            shown[colored:] = False
+        lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
+        curvature = float(np.diagonal(self.gram).max(initial=0.0))
+        strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
+        return min(strongest, lightest) or 1.0
+
+    @cached_property
+    def lightest_ties(self) -> Array:
+        """Least weight with which rows are tied to each free color, (q,); infinite where none is."""
+        tied = (self.ties != 0) & (self.soft_weights > 0)[:, None]
+        return np.where(tied, self.soft_weights[:, None], np.inf).min(axis=0, initial=np.inf)
 
     def misses(self, x: Array, colors: Array) -> Array:
         """What each row leaves, unweighted, (m,)."""
@@ -129,7 +161,7 @@ class Quadratic:
         found = []
         for k, (block, value) in enumerate(zip(self.blocks, values, strict=True)):
             exact = block.exact
-            force = np.where(exact, 0.0, block.weights) * block.misses(value, colors.ravel())
+            force = block.soft_weights * block.misses(value, colors.ravel())
             if equality_forces is not None:
                 force[exact] = equality_forces[k]
             found.append(force)
@@ -152,8 +184,7 @@ class Quadratic:
         colors, values = self.split(x)
         total = float(self.known_weights @ (self.known_targets + self.known_ties @ colors.ravel()) ** 2)
         for block, value in zip(self.blocks, values, strict=True):
-            weights = np.where(block.exact, 0.0, block.weights)
-            total += float(weights @ block.misses(value, colors.ravel()) ** 2 + value @ (block.gram @ value))
+            total += float(block.soft_weights @ block.misses(value, colors.ravel()) ** 2 + value @ (block.gram @ value))
         return total / 2
 
     def least_squares(self) -> tuple[sparse.csr_matrix, Array]:
