@@ -63,6 +63,11 @@ def use_nodes(owner: Any) -> Any:
     return owner.node_tree
 
 
+def is_editable(block: Any) -> bool:
+    """Whether what this extension stores on a data-block is kept: it is neither linked nor an override."""
+    return block.library is None and block.override_library is None
+
+
 def light_exposure_factor(light: Any) -> float:
     """Factor of a light's exposure in stops; 1 where this Blender's lights have none."""
     return float(2.0 ** getattr(light, "exposure", 0.0))

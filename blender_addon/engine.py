@@ -17,6 +17,7 @@ from spectral_core.scene import Scene
 
 from . import compat, jobs
 from .translate.frames import rigid
+from .translate.passes import pass_notes
 from .translate.scene import translate_scene
 
 BL_IDNAME = "SPECTRAL"
@@ -75,6 +76,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         """Translate once, render each view (one, but for stereo); returns the last view's result."""
         self.update_stats("", "Translating the scene")
         scene = translate_scene(depsgraph, camera=self.camera_override)
+        scene = replace(scene, notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)))
         wanted = jobs.current_request()
         if wanted.translated is not None:
             scene = wanted.translated(scene)
@@ -177,13 +179,21 @@ EEVEE_PANELS = (
 )  # fmt: skip
 
 
+# Panels of which EEVEE has a fuller twin above, and of what this engine does not draw.
+TWINS = {"DATA_PT_light": "DATA_PT_EEVEE_light", "NODE_DATA_PT_light": "NODE_DATA_PT_EEVEE_light"}
+NOT_DRAWN = ("freestyle", "gpencil", "grease_pencil", "greasepencil")
+
+
 def _shared_panels() -> list[Any]:
     """Blender's own panels that make sense for this engine; each holds a set of engines of its own."""
+    panels = [panel for panel in bpy.types.Panel.__subclasses__() if "COMPAT_ENGINES" in vars(panel)]
+    names = {panel.__name__ for panel in panels}
     return [
         panel
-        for panel in bpy.types.Panel.__subclasses__()
-        if "COMPAT_ENGINES" in vars(panel)
-        and ("BLENDER_RENDER" in panel.COMPAT_ENGINES or panel.__name__ in EEVEE_PANELS)
+        for panel in panels
+        if ("BLENDER_RENDER" in panel.COMPAT_ENGINES or panel.__name__ in EEVEE_PANELS)
+        and TWINS.get(panel.__name__) not in names
+        and not any(word in panel.__name__.lower() for word in NOT_DRAWN)
     ]
 
 

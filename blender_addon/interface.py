@@ -11,10 +11,10 @@ from types import ModuleType
 
 FEATURES = {
     "properties": ("spectrum", "palette_cell", "palette", "render", "dial", "board", "scene", "volume"),
-    "editing": ("spectrum", "palette.live", "dial.live", "board.live"),
+    "editing": ("spectrum", "palette.live", "dial.live", "dial.changes", "board.live"),
     "operators": (
-        "palette_table", "palette_solve", "spectrum", "palette_files", "palette_scene", "render", "volume",
-        "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board",
+        "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
+        "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board",
     ),
     "drawing": ("icons", "overlay", "dial"),
     "panels": ("spectrum", "palette", "render", "volume", "dial", "board"),

@@ -40,13 +40,16 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.render.relight.transport import light_groups, one_group_per_light, record_transport
     from spectral_core.render.relight.transport_file import write_transport
 
+    from ..translate.view_transform import view_transform_of
+
     out = arguments.out or Path(arguments.scene.with_suffix(".transport.exr").name)
     if out.suffix.lower() != ".exr":
         raise InvalidInputError(f"{out.name} does not end in .exr, which a transport file is")
     start = time.perf_counter()
     with _blend.chatter_to_stderr():
-        _blend.open_scene(arguments)
+        opened = _blend.open_scene(arguments)
         scene = translated_scene(arguments)
+        view = view_transform_of(opened)
     storage = storage_named(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
     names = light_groups(grouped)
@@ -59,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.estimate:
         with RenderProcess() as renderer:
             transport = record_transport(
-                scene, storage, one_per_light=arguments.one_per_light, render=renderer.render,
+                scene, storage, one_per_light=arguments.one_per_light, view=view, render=renderer.render,
                 on_progress=lambda p: print(f"{p.samples}/{p.total} samples", file=sys.stderr),
             )  # fmt: skip
         write_transport(out, transport)

@@ -3,11 +3,13 @@
 
 import functools
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import bpy
 from bpy.types import Context, Operator, PropertyGroup
 
-from spectral_core.errors import SpectralError
+from spectral_core.errors import InvalidInputError, SpectralError
 
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; None where it finished."""
@@ -35,8 +37,13 @@ def palette_in(context: Context) -> PropertyGroup:
 
 def require_index(what: str, index: int, count: int) -> int:
     """``index`` when 0 <= index < count; else InvalidInputError."""
-    from spectral_core.errors import InvalidInputError
-
     if not 0 <= index < count:
         raise InvalidInputError(f"there is no {what} {index}; the palette has {count}, counted from 0")
     return index
+
+
+def chosen_path(filepath: str) -> Path:
+    """The file that an operator was told. Raises InvalidInputError where it was told none."""
+    if not filepath.strip():
+        raise InvalidInputError("no file is chosen; give its path as filepath=…")
+    return Path(bpy.path.abspath(filepath))

@@ -12,8 +12,9 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import whole_file
 
 from .. import compat
-from ..editing.dial import live
-from .common import UNDOABLE, reporting
+from ..editing.dial import changes, live
+from ..editing.dial.picture import look
+from .common import UNDOABLE, chosen_path, reporting
 
 
 def dial_in(context: Context) -> PropertyGroup:
@@ -49,7 +50,7 @@ class SPECTRAL_OT_dial_reset(bpy.types.Operator):
 
 
 class SPECTRAL_OT_dial_show(bpy.types.Operator):
-    """Relight now, and show the picture in an image editor"""
+    """Relight now, and show the picture: in an image editor, or over the camera view"""
 
     bl_idname = "spectral.dial_show"
     bl_label = "Show Picture"
@@ -58,10 +59,23 @@ class SPECTRAL_OT_dial_show(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         image = live.show(context.scene)
-        screen = context.screen
-        editors = [area for area in screen.areas if area.type == "IMAGE_EDITOR"] if screen else []
-        for area in editors[:1]:
-            area.spaces.active.image = image
+        if not look(context, image) and context.screen:
+            self.report({"INFO"}, "this workspace has neither a 3D view nor an image editor to show the picture in")
+
+
+class SPECTRAL_OT_dial_check(bpy.types.Operator):
+    """Compare the scene with what was recorded, and say what has changed since"""
+
+    bl_idname = "spectral.dial_check"
+    bl_label = "Compare"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        if not dial_in(context).scene_hash:
+            raise InvalidInputError("no transport is recorded yet; press Record")
+        found = changes.compare(context.scene)
+        self.report({"WARNING" if found else "INFO"}, found or "the scene is as it was recorded")
 
 
 class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
@@ -78,7 +92,7 @@ class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):
     @reporting
     def execute(self, context: Context) -> None:
 
-        scene, path = context.scene, Path(bpy.path.abspath(self.filepath))
+        scene, path = context.scene, chosen_path(self.filepath)
         if path.suffix.lower() not in (".png", ".exr"):
             raise InvalidInputError(f"{path.name} is neither .png nor .exr")
         if not self.animation:
@@ -115,5 +129,5 @@ def _write_picture(scene: Scene, path: Path) -> None:
 
 
 register, unregister = bpy.utils.register_classes_factory(
-    (SPECTRAL_OT_dial_reset, SPECTRAL_OT_dial_show, SPECTRAL_OT_dial_save)
+    (SPECTRAL_OT_dial_reset, SPECTRAL_OT_dial_show, SPECTRAL_OT_dial_check, SPECTRAL_OT_dial_save)
 )

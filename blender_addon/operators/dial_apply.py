@@ -10,7 +10,7 @@ from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing.dial import live
+from ..editing.dial import changes, live
 from ..editing.dial.members import apply_weights
 from ..translate.spectra.stored import store_spectrum
 from .common import UNDOABLE, reporting
@@ -44,9 +44,11 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
             self.report({"WARNING"}, "all bulbs are off: the lights are dark now. Ctrl Z, or Restore, brings them back")
         if not self.restore:
             _require_lamps(dial)
+        before = changes.parts_of(context.scene)
         count = apply_weights(dial.bulbs, weights)
         if not self.restore:
             _apply_lamps(dial)
+        changes.accept(context.scene, before)
         keyed = _animated(dial)
         if keyed:
             self.report({"WARNING"}, f"{keyed} is animated: its keyframes may take the mixture back")

@@ -4,16 +4,19 @@
 Everything the mouse does is a change of ``scene.spectral.dial``; the picture follows those, whoever makes them.
 """
 
+import contextlib
+
 import bpy
 import numpy as np
 from bpy.props import FloatVectorProperty
 from bpy.types import Area, Context, Event, PropertyGroup, Region
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..drawing import dial as drawn
 from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, snapped
 from ..editing.dial import live
+from ..editing.dial.picture import look
 from .common import UNDOABLE, reporting
 from .dial import dial_in
 
@@ -74,6 +77,8 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         self._window = key
         self._drag: _Drag | None = None
         dial_in(context).show = True
+        with contextlib.suppress(SpectralError, OSError):  # dial.message says it
+            look(context, live.show(context.scene))
         context.workspace.status_text_set(HINT)
         context.window_manager.modal_handler_add(self)
         live.changed(context.scene)

@@ -4,7 +4,6 @@
 import contextlib
 import threading
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import bpy
@@ -15,15 +14,17 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
 
 from .. import jobs
-from ..editing.dial import live
+from ..editing.dial import changes, live
 from ..editing.dial.members import Member, members_of, store_members
 from ..translate.dial import storage_of
-from .common import UNDOABLE, reporting
+from ..translate.view_transform import view_transform_of
+from .common import UNDOABLE, chosen_path, reporting
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
     from spectral_core.render.relight.transport import Transport
+    from spectral_core.render.relight.view_transform import ViewTransform
     from spectral_core.scene import Scene as SpectralScene
 
 
@@ -35,6 +36,8 @@ class _Recording:
     storage: Any
     one_per_light: bool
     members: list[Member]
+    parts: dict[str, str]
+    view: "ViewTransform | None"
     progress: float = 0.0
     stop: bool = False
     transport: Any = None
@@ -45,17 +48,22 @@ class _Recording:
     def of(cls, context: Context) -> "_Recording":
         """Translate the scene and find what shines in it."""
         dial, scene = dial_in(context), _as_rendered(context)
+        _require_a_dial(scene, dial.one_per_light)
         names = {thing.name for thing in (*scene.lights, *scene.instances)}
         shown = [thing for thing in bpy.data.objects if thing.name_full in names]
-        return cls(scene, storage_of(dial), dial.one_per_light, members_of(context.scene, shown, dial.one_per_light))
+        members = members_of(context.scene, shown, dial.one_per_light)
+        parts, view = changes.parts_of(context.scene), view_transform_of(context.scene)
+        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view)
 
     def run(self) -> None:
         """Render; an error is kept for whoever waits."""
+        from spectral_core.render.relight.dial import MOST_BULBS
         from spectral_core.render.relight.transport import record_transport
 
         try:
             self.transport = record_transport(
-                self.scene, self.storage, one_per_light=self.one_per_light, render=jobs.render,
+                self.scene, self.storage, one_per_light=self.one_per_light, most_groups=MOST_BULBS, view=self.view,
+                render=jobs.render,
                 on_progress=self._note, should_stop=lambda: self.stop,
             )  # fmt: skip
         except Exception as error:
@@ -68,6 +76,19 @@ class _Recording:
 
     def _note(self, progress: "Progress") -> None:
         self.progress = progress.samples / progress.total
+
+
+def _require_a_dial(scene: "SpectralScene", one_per_light: bool) -> None:
+    """Raise InvalidInputError before anything is rendered where a dial cannot hold the scene's lights."""
+    from spectral_core.render.relight.dial import MOST_BULBS
+    from spectral_core.render.relight.transport import light_groups, one_group_per_light
+
+    count = len(light_groups(one_group_per_light(scene) if one_per_light else scene))
+    if count > MOST_BULBS:
+        raise InvalidInputError(
+            f"this scene would have {count} bulbs, and a dial holds at most {MOST_BULBS}; give lights that belong "
+            "together a light group (Object, Shading), and switch One per Light off"
+        )
 
 
 def _as_rendered(context: Context) -> "SpectralScene":
@@ -110,6 +131,7 @@ def _keep(context: Context, recording: _Recording) -> str:
         unsaved = error
     _take(context.scene, transport, recording.members)
     live.remember(context.scene, transport)
+    changes.remember_parts(context.scene, recording.parts)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
         live.show(context.scene)
     if unsaved is not None:
@@ -180,12 +202,11 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type == "ESC":
+        if event.type == "ESC" and event.value == "PRESS":
             self._recording.stop = True
+            return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {
-                "RUNNING_MODAL"
-            }  # the scene must not change under the render's feet: its lights are kept at the end
+            return {"PASS_THROUGH"}  # the artist works on; what is edited meanwhile is told on the dial afterwards
         context.window_manager.progress_update(100 * self._recording.progress)
         if self._recording.is_running:
             return {"RUNNING_MODAL"}
@@ -202,6 +223,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         except (SpectralError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        changes.compare(context.scene)
         live.redraw_dial()
         if note:
             self.report({"WARNING"}, f"recorded{note}")
@@ -222,7 +244,7 @@ class SPECTRAL_OT_dial_keep(bpy.types.Operator, ExportHelper):
         from spectral_core.render.relight.transport_file import write_transport
 
         transport = live.live_mix(context.scene).transport
-        write_transport(Path(bpy.path.abspath(self.filepath)), transport)
+        write_transport(chosen_path(self.filepath), transport)
         dial_in(context).filepath = self.filepath
         live.remember(context.scene, transport)
         self.report({"INFO"}, f"saved {self.filepath}")
@@ -242,14 +264,15 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
         from spectral_core.render.relight.transport_file import read_transport
         from spectral_core.scene import scene_hash
 
-        path = bpy.path.abspath(self.filepath)
+        path = chosen_path(self.filepath)
         recording, dial = _Recording.of(context), dial_in(context)
 
-        transport = read_transport(Path(path), scene_hash=scene_hash(recording.scene))
+        transport = read_transport(path, scene_hash=scene_hash(recording.scene))
         _require_grouping(transport, recording)
         dial.filepath = self.filepath
         _take(context.scene, transport, recording.members)
         live.remember(context.scene, transport)
+        changes.remember_parts(context.scene, recording.parts)
         live.show(context.scene)
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Palettes, spectra and swatches to and from files."""
 
-from pathlib import Path
-
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
@@ -16,7 +14,7 @@ from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
 from ..translate.spectra.stored import carried_spectrum
-from .common import UNDOABLE, palette_in, reporting
+from .common import UNDOABLE, chosen_path, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
@@ -33,7 +31,7 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
         from spectral_core.palette.files import read_palette
 
         palette = palette_in(context)
-        notes = palette_load.store_problem(palette, read_palette(self.filepath))
+        notes = palette_load.store_problem(palette, read_palette(chosen_path(self.filepath)))
         for note in notes:
             self.report({"WARNING"}, note)
         if palette_solve.solve_scene(context.scene) is None:
@@ -54,7 +52,9 @@ class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
     def execute(self, context: Context) -> None:
         from spectral_core.palette.files import write_palette
 
-        write_palette(self.filepath, palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}")
+        write_palette(
+            chosen_path(self.filepath), palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}"
+        )
 
 
 FORMATS = [
@@ -81,7 +81,7 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
         if not palette.status:
             raise InvalidInputError("the palette is not solved yet; press Solve first")
         spectra = [carried_spectrum(entry, "result") for entry in (*palette.lights, *palette.materials)]
-        path = Path(self.filepath).with_suffix(f".{self.file_format}")
+        path = chosen_path(self.filepath).with_suffix(f".{self.file_format}")
         if self.file_format == "csv":
             write_spectra(path, spectra)
             return
@@ -115,7 +115,7 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
             for column, light in enumerate(palette.lights)
             for material in palette.materials
         ]
-        moved = write_swatches(self.filepath, swatches, clip=self.clip)
+        moved = write_swatches(chosen_path(self.filepath), swatches, clip=self.clip)
         if moved:
             self.report(
                 {"WARNING"}, f"{len(moved)} colors were outside the gamut and were moved: {', '.join(moved[:4])}"

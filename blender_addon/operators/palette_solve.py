@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets, Solve, Apply, and help with a conflict."""
+"""Presets, Solve, and help with a conflict."""
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
 from bpy.types import Context, PropertyGroup
 
-from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteSolution
 
 from ..editing.palette import live
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette import table
-from ..translate.palette.apply import store_result
 from .common import UNDOABLE, palette_in, reporting
 
 PRESETS = [
@@ -88,64 +87,6 @@ class SPECTRAL_OT_palette_solve(bpy.types.Operator):
             self.report({"WARNING"}, solution.remedy)
 
 
-class SPECTRAL_OT_palette_apply(bpy.types.Operator):
-    """Give the designed spectra to the lights and materials of the scene that the table names. One undo step"""
-
-    bl_idname = "spectral.palette_apply"
-    bl_label = "Apply to Scene"
-    bl_options = UNDOABLE
-    create: bpy.props.BoolProperty(
-        name="Create Missing Materials", default=False, description="Make a Blender material for rows that name none"
-    )
-
-    @reporting
-    def execute(self, context: Context) -> None:
-        palette = palette_in(context)
-        if palette.is_stale and palette.live:
-            palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
-        _require_appliable(palette)
-        if self.create:
-            _create_materials(palette)
-        count = sum(_apply_light(light) for light in palette.lights)
-        count += sum(_apply_material(material) for material in palette.materials)
-        if not count:
-            raise InvalidInputError(
-                "no row or column names a material or light of the scene; choose some below the table, or create them"
-            )
-        self.report({"INFO"}, f"{count} spectra applied")
-
-
-def _require_appliable(palette: PropertyGroup) -> None:
-    if not palette.status:
-        raise InvalidInputError("the palette is not solved yet; press Solve first")
-    if palette.is_stale:
-        raise InvalidInputError(f"the palette has changed since it was solved; solve it. {palette.message}".strip())
-    if palette.allow_negative:
-        raise InvalidInputError("unphysical spectra cannot be applied; switch Unphysical Spectra off and solve again")
-    if palette.status in ("inaccurate", "invisible"):
-        raise SolveError(f"the solution cannot be relied on and is not applied: {palette.remedy}")
-
-
-def _create_materials(palette: PropertyGroup) -> None:
-    for row in palette.materials:
-        if row.material is None:
-            row.material = bpy.data.materials.new(row.name)
-
-
-def _apply_light(light: PropertyGroup) -> int:
-    targets = [target for target in (light.light, light.world) if target is not None]
-    for target in targets:
-        store_result(target, light)
-    return len(targets)
-
-
-def _apply_material(row: PropertyGroup) -> int:
-    if row.material is None:
-        return 0
-    store_result(row.material, row)
-    return 1
-
-
 class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     """Stop caring about one cell, and solve again"""
 
@@ -171,7 +112,6 @@ register, unregister = bpy.utils.register_classes_factory(
         SPECTRAL_OT_palette_preset,
         SPECTRAL_OT_palette_clear,
         SPECTRAL_OT_palette_solve,
-        SPECTRAL_OT_palette_apply,
         SPECTRAL_OT_palette_relieve,
     )
 )

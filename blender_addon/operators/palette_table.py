@@ -167,7 +167,7 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_spread(bpy.types.Operator):
-    """Give every cell of the selected row or column the wish, importance and exactness of the selected cell"""
+    """Give every cell of the selected row or column the wish, weight and exactness of the selected cell"""
 
     bl_idname = "spectral.palette_spread"
     bl_label = "Copy Wish"

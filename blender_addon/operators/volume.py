@@ -13,7 +13,7 @@ from spectral_core.errors import InvalidInputError
 from ..translate.palette.apply import store_result
 from ..translate.volume_looks import curves as stored
 from ..translate.volume_looks import transfer as volume_transfer
-from .common import UNDOABLE, palette_in, reporting
+from .common import UNDOABLE, chosen_path, palette_in, reporting
 
 if TYPE_CHECKING:
     from spectral_core.volume.field import ScalarVolume
@@ -98,7 +98,7 @@ class SPECTRAL_OT_transfer_import(_OnVolume, bpy.types.Operator, ImportHelper):
         from spectral_core.volume.documents.transfer_file import read_transfer
 
         data = shown_volume(context)
-        stated = read_transfer(bpy.path.abspath(self.filepath))
+        stated = read_transfer(chosen_path(self.filepath))
         if (stated.values, stated.length) != ("fraction", "voxel"):
             voxels, known = _voxels(context, data), volume_transfer.value_range(data)
             stated = stated_in_fractions(stated.for_volume(voxels, known), voxels, known)
@@ -119,7 +119,7 @@ class SPECTRAL_OT_transfer_export(_OnVolume, bpy.types.Operator, ExportHelper):
     def execute(self, context: Context) -> None:
         from spectral_core.volume.documents.transfer_file import write_transfer
 
-        write_transfer(bpy.path.abspath(self.filepath), volume_transfer.stated_transfer(shown_volume(context)))
+        write_transfer(chosen_path(self.filepath), volume_transfer.stated_transfer(shown_volume(context)))
 
 
 class SPECTRAL_OT_volume_material_add(_OnVolume, bpy.types.Operator):

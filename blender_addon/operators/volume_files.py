@@ -23,7 +23,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..properties.volume import RANGE_KEY
 from ..translate.volume_looks import transfer as volume_transfer
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, chosen_path, reporting
 from .volume import PRESETS
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
 
     def _paths(self) -> list[Path]:
         named = [Path(self.directory) / file.name for file in self.files if file.name]
-        return named or [Path(bpy.path.abspath(self.filepath))]
+        return named or [chosen_path(self.filepath)]
 
     def _import(self, path: Path) -> "tuple[Volume, ScalarVolume]":
         """A Volume data-block of the file, or of the sequence that it is a frame of, and the (first) volume itself."""

@@ -57,6 +57,13 @@ class _DialPanel:
             message = layout.column()
             message.alert = True
             wrapped(message, context, dial.message, icon="ERROR")
+        if dial.changes:
+            box = layout.box()
+            box.alert = True
+            wrapped(box, context, f"Not as recorded: {dial.changes}", icon="ERROR", indent=60.0)
+            row = box.row(align=True)
+            row.operator("spectral.dial_record", text="Record again", icon="REC")
+            row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
         if len(dial.bulbs):
             _draw_dial(layout, context, dial)
         _draw_recording(layout, context, dial)
@@ -71,6 +78,7 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     else:
         row.operator("spectral.dial_play", icon="PLAY")
     row.prop(dial, "show", text="", icon="HIDE_OFF" if dial.show else "HIDE_ON")
+    row.prop(dial, "over_camera", text="", icon="VIEW_CAMERA")
     row.operator("spectral.dial_show", text="", icon="IMAGE_DATA")
     row.operator("spectral.dial_reset", text="", icon="LOOP_BACK")
     shares = shares_of(dial)
@@ -88,7 +96,8 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     plain = layout.column()
     plain.use_property_split = True
     plain.use_property_decorate = False
-    plain.prop(bulb, "place", text=f"{bulb.name or 'ungrouped'} at")
+    plain.label(text=bulb.name or "ungrouped", icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT")
+    plain.prop(bulb, "place")
     lamp = plain.row()
     lamp.enabled = "dial storage" not in dial.facts
     lamp.prop(bulb, "lamp")
@@ -119,6 +128,9 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     row.scale_y = 1.3
     row.operator("spectral.dial_record", text="Record again" if len(dial.bulbs) else "Record", icon="REC")
     row.operator("spectral.dial_load", text="", icon="FILE_FOLDER")
+    if len(dial.bulbs):
+        row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
+        row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
     row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
     if dial.facts:
         facts = box.column()

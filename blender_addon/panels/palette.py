@@ -6,6 +6,7 @@ from collections.abc import Callable
 import bpy
 from bpy.types import Context, Panel, PropertyGroup, UILayout
 
+from ..editing.palette.bindings import faults
 from .palette_details import draw_cell, draw_light, draw_material
 from .palette_table import draw_table
 from .parts import wrapped
@@ -19,6 +20,8 @@ STATUS = {
     "inaccurate": ("CANCEL", "Not reliable"),
 }
 
+FAULT_ICON = {"deleted": "UNLINKED", "renamed": "SORTALPHA", "linked": "LINKED", "unused": "ORPHAN_DATA"}
+FAULTS_SHOWN = 3
 CONFLICTS_SHOWN = 2
 """The first ones matter most; solved, they often take the others with them."""
 
@@ -45,6 +48,20 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row.scale_y = 1.3
     row.enabled = bool(palette.status) and not palette.is_stale
     row.operator("spectral.palette_apply", icon="BRUSH_DATA")
+    _draw_faults(layout, context, palette)
+
+
+def _draw_faults(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
+    """Rows and columns whose material or light was deleted, renamed or is linked, and the way to mend them."""
+    found = faults(palette)
+    if not found:
+        return
+    box = layout.box()
+    for fault in found[:FAULTS_SHOWN]:
+        wrapped(box, context, fault.text, icon=FAULT_ICON[fault.kind], indent=60.0)
+    if len(found) > FAULTS_SHOWN:
+        box.label(text=f"and {len(found) - FAULTS_SHOWN} more", icon="BLANK1")
+    box.operator("spectral.palette_mend", icon="TOOL_SETTINGS")
 
 
 def _draw_welcome(layout: UILayout, context: Context) -> None:
@@ -131,6 +148,7 @@ def draw_weights(layout: UILayout, context: Context) -> None:
     column = layout.column()
     column.prop(palette, "smoothness")
     column.prop(palette, "brightness")
+    column.prop(palette, "level_to")
     column.prop(palette, "scale_lights")
     if palette.light_scale != 1.0:
         wrapped(column, context, f"All lights were brightened {palette.light_scale:.2f} times.", icon="INFO")

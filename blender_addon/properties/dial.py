@@ -40,7 +40,12 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
     """A bulb of the dial; ``name`` is its light group."""
 
     place: FloatVectorProperty(
-        name="Place", size=2, default=(0.0, 1.0), update=_changed, description="Where the bulb stands on the dial"
+        name="Place",
+        size=2,
+        subtype="XYZ",
+        default=(0.0, 1.0),
+        update=_changed,
+        description="Where the bulb stands on the dial",
     )
     is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
     lamp: StringProperty(
@@ -58,7 +63,12 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     """Selector, bulbs and transport."""
 
     selector: FloatVectorProperty(
-        name="Selector", size=2, default=(0.0, 0.0), update=_changed, description="Where on the dial the light is taken"
+        name="Selector",
+        size=2,
+        subtype="XYZ",
+        default=(0.0, 0.0),
+        update=_changed,
+        description="Where on the dial the light is taken",
     )
     intensity: FloatProperty(
         name="Intensity", default=1.0, min=0.0, soft_max=10.0, update=_changed,
@@ -70,6 +80,10 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     show: BoolProperty(
         name="Dial in the View", default=True, description="Draw the dial over the 3D view and the image editor"
     )
+    over_camera: BoolProperty(
+        name="Picture over the Camera View", default=True, update=_changed,
+        description="Show the relit picture in front of what the camera sees, in every 3D view",
+    )  # fmt: skip
     storage: EnumProperty(
         name="Storage", items=STORAGE, default="DIAL", description="What is kept, by what is to be changed later"
     )
@@ -82,6 +96,8 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="What was recorded, for the panel")
+    recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
+    changes: StringProperty(description="What has changed in the scene since it was recorded; empty where nothing")
     message: StringProperty(description="What is wrong with the transport; empty where nothing is")
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The palette of a scene: lights in columns, materials in rows, and how their wishes are weighed."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -98,6 +100,16 @@ PALETTE_FIELDS = by_name(
 """Settings of the whole table that the core's ``PaletteProblem`` has too."""
 
 
+def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
+    """Keep the name of a data-block that is chosen: a deleted one leaves nothing else behind."""
+
+    def changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+        block = getattr(entry, pointer)
+        setattr(entry, f"{pointer}_name", "" if block is None else block.name)
+
+    return changed
+
+
 class SpectralPaletteLamp(bpy.types.PropertyGroup):
     """One lamp of a list: a primary that a light is mixed from, or a variant that a match should survive."""
 
@@ -137,8 +149,15 @@ class SpectralPaletteLight(bpy.types.PropertyGroup):
     variants: CollectionProperty(
         type=SpectralPaletteLamp, description="Other lights under which matches of this column should hold too"
     )
-    light: PointerProperty(type=bpy.types.Light, name="Light", description="Blender light that gets this spectrum")
-    world: PointerProperty(type=bpy.types.World, name="World", description="World that gets this spectrum")
+    light: PointerProperty(
+        type=bpy.types.Light, name="Light", update=_remembers("light"),
+        description="Blender light that gets this spectrum",
+    )  # fmt: skip
+    light_name: StringProperty(description="Name of that light when it was chosen: tells whether it was deleted")
+    world: PointerProperty(
+        type=bpy.types.World, name="World", update=_remembers("world"), description="World that gets this spectrum"
+    )
+    world_name: StringProperty(description="Name of that world when it was chosen")
 
 
 class SpectralPaletteMaterial(bpy.types.PropertyGroup):
@@ -152,8 +171,10 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     spectral: PointerProperty(type=SpectralSpectrum, description="The measured spectrum")
     result: PointerProperty(type=SpectralSpectrum, description="The spectrum as the palette has it now")
     material: PointerProperty(
-        type=bpy.types.Material, name="Material", description="Blender material that gets this spectrum"
-    )
+        type=bpy.types.Material, name="Material", update=_remembers("material"),
+        description="Blender material that gets this spectrum",
+    )  # fmt: skip
+    material_name: StringProperty(description="Name of that material when it was chosen")
     cells: CollectionProperty(type=SpectralPaletteCell)
 
 
@@ -190,6 +211,15 @@ class SpectralPalette(bpy.types.PropertyGroup):
         description="How bright all lights are. At 1, white needs a surface that reflects everything; more light "
         "leaves room for saturated colors",
     )  # fmt: skip
+    level_to: EnumProperty(
+        name="Apply It To", default="EXPOSURE", description="What makes the scene as bright as the palette asks",
+        items=[
+            ("EXPOSURE", "View Exposure", "Lights keep their power, so materials with plain colors stay as they are in "
+             "the render; the exposure in Color Management shows the palette's colors", 0),
+            ("LIGHTS", "Lights", "Lights are multiplied by it: materials with plain colors become brighter too", 1),
+        ],
+    )  # fmt: skip
+    applied_exposure: FloatProperty(description="Stops that Apply has added to the exposure of the view")
     scale_lights: PALETTE_FIELDS["scale_lights"].declared(edited)
     smoothness: PALETTE_FIELDS["smoothness"].declared(edited)
     operator: PALETTE_FIELDS["operator"].declared(edited)

@@ -77,7 +77,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
         description="Greatest red, green and blue of the range (sRGB)",
     )  # fmt: skip
     weight: FloatProperty(
-        name="Importance", default=1.0, min=0.0, soft_max=10.0, max=WEIGHT_LIMIT, update=edited,
+        name="Weight", default=1.0, min=0.0, soft_max=10.0, max=WEIGHT_LIMIT, update=edited,
         description="How much this cell counts beside the others, up to 1000. To have it for sure, make it exact",
     )  # fmt: skip
     exact: BoolProperty(

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Relight and write."""
-    from spectral_core.render.relight.mix import LiveMix
+    from spectral_core.render.relight.mix import LiveMix, amounts_of
     from spectral_core.render.relight.page import write_page
     from spectral_core.render.relight.transport_file import read_transport
 
@@ -51,17 +51,17 @@ def run(arguments: argparse.Namespace) -> int:
     live = LiveMix(transport)
     for group, light in lights.items():
         live.set_light(group, light)
-    amounts = np.ones(len(transport.groups))
-    for group, amount in mix.items():
-        amounts[transport.index_of(group)] = amount
+    amounts = amounts_of(transport, mix)
     report: dict[str, Any] = {"groups": list(transport.groups), "files": []}
     if arguments.out is not None:
         start = time.perf_counter()
         weights = _dial_weights(arguments, len(transport.groups))
-        report["files"] = _write(arguments, live, [amounts] if weights is None else list(amounts * weights))
+        # times the number of lights: in the middle of the dial the picture is then as bright as it was recorded
+        mixes = [amounts] if weights is None else list(amounts * weights * len(amounts))
+        report["files"] = _write(arguments, live, mixes)
         report["seconds"] = round(time.perf_counter() - start, 3)
     if arguments.html is not None:
-        write_page(arguments.html, transport, title=arguments.transport.stem, lights=lights)
+        write_page(arguments.html, transport, title=arguments.transport.stem, lights=lights, mix=mix)
         report["files"].append(str(arguments.html))
     for file in report["files"]:
         print(file)

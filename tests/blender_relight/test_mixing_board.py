@@ -94,8 +94,11 @@ def test_motors_follow_a_number_that_moved_otherwise(board, fader):
 
     sent = []
     link = mixing_board_live.session().links[0]
-    link.send = lambda control, position: sent.append((str(control), position))
     bind(board, ENERGY, "a", 0, 400)
+    bpy.ops.spectral.board_poll()
+    assert not link.has_motor(None)  # without an address for feedback nothing can be moved, and nothing is thought so
+    link.has_motor = lambda control: True
+    link.send = lambda control, position: sent.append((str(control), position))
     bpy.ops.spectral.board_poll()
     assert sent == [("osc:0:/fader/a", pytest.approx(0.5))]
     bpy.ops.spectral.board_poll()

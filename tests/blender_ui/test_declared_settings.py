@@ -29,9 +29,9 @@ from blender_addon.translate.palette import settings as palette_settings
 from blender_addon.translate.palette.load import store_problem
 from blender_addon.translate.palette.problem import palette_problem
 from blender_addon.translate.volume_looks import look as volume_look
+from spectral_core.documents.schema import Schema
 from spectral_core.palette import PaletteProblem, presets
 from spectral_core.palette.files import document as documents
-from spectral_core.palette.files import schema as schemas
 from spectral_core.render.volumes import LIGHTING
 from spectral_core.scene import RenderSettings, VolumeObject
 from spectral_core.volume.march.rules import RULES
@@ -191,11 +191,11 @@ def test_a_palette_setting_left_out_of_documents_is_noticed(palette, monkeypatch
 
 @pytest.mark.parametrize("name", [name for name in PALETTE_FIELDS if not name.startswith("grid_")])
 def test_a_palette_setting_left_out_of_the_schema_is_noticed(palette, monkeypatch, name):
-    known = schemas.palette_schema()
+    known = documents.PALETTE_SCHEMA.content
     settings = known["$defs"]["settings"]
     kept = {key: value for key, value in settings["properties"].items() if key not in PALETTE_FIELDS[name].core}
     lacking = {**known, "$defs": {**known["$defs"], "settings": {**settings, "properties": kept}}}
-    monkeypatch.setattr(schemas, "palette_schema", lambda: lacking)
+    monkeypatch.setattr(Schema, "content", lacking)
     assert not kept_in_a_document(palette, name)
 
 

@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+import socket
+import struct
 import time
 from typing import Any
 
+import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.explore.board import Binding, Board, Control
 from spectral_core.explore.board.midi import MidiLink, encode
-from spectral_core.explore.board.osc import OscLink
+from spectral_core.explore.board.osc import OscLink, numbers_in
 
 mido = pytest.importorskip("mido")
 
@@ -27,7 +30,7 @@ def loopback() -> Any:
 def test_positions_survive_the_wire_to_a_step(control: Control) -> None:
     got: list[tuple[Control, float]] = []
     port = loopback()
-    link = MidiLink(lambda c, p, t: got.append((c, p)), port=port, output=port, fine=frozenset({(0, 16)}))
+    link = MidiLink(lambda c, p, t: got.append((c, p)), port=port, output=port)
     for position in (0.0, 0.123456, 0.5, 1.0):
         link.send(control, position)
         link.pump()
@@ -42,7 +45,7 @@ def test_eight_faders_through_midi_reach_their_numbers() -> None:
     for fader, target in zip(faders, numbers, strict=True):
         board.bind(Binding(fader, target))
     port = loopback()
-    link = MidiLink(board.receive, port=port, fine=frozenset((0, n) for n in range(8)))
+    link = MidiLink(board.receive, port=port)
     for step in range(101):
         for fader in faders:
             for message in encode(fader, step / 100):
@@ -98,3 +101,105 @@ def test_a_taken_port_and_an_absent_device_are_clear_errors(monkeypatch: pytest.
     monkeypatch.setattr("spectral_core.explore.board.midi.port_names", lambda: ["nano"])
     with pytest.raises(InvalidInputError, match="no MIDI input is named 'BCF2000'; connected: nano"):
         MidiLink(lambda c, p, t: None, name="BCF2000")
+
+
+def osc_message(address: str, kinds: str, body: bytes) -> bytes:
+    """An OSC message by hand (OSC 1.0)."""
+
+    def padded(text: str) -> bytes:
+        raw = text.encode() + b"\0"
+        return raw + b"\0" * (-len(raw) % 4)
+
+    return padded(address) + padded("," + kinds) + body
+
+
+def bundle(tag: int, *elements: bytes) -> bytes:
+    return b"#bundle\0" + struct.pack(">Q", tag) + b"".join(struct.pack(">i", len(e)) + e for e in elements)
+
+
+def test_osc_packets_are_read_strictly_and_later_bundles_block_nothing() -> None:
+    whole = osc_message("/a", "f", struct.pack(">f", 0.5))
+    later = ((int(time.time()) + 2208988800 + 25) & 0xFFFFFFFF) << 32
+    assert list(numbers_in(whole)) == [("/a", 0.5)]
+    assert list(numbers_in(bundle(later, whole, bundle(later, osc_message("/b", "i", struct.pack(">i", 1)))))) == [
+        ("/a", 0.5),
+        ("/b", 1.0),
+    ]
+    assert list(numbers_in(osc_message("/s", "s", b"Key\0"))) == [("/s", None)]
+    deep = whole
+    for _ in range(3000):
+        deep = bundle(1, deep)
+    assert list(numbers_in(deep)) == [("/a", 0.5)]
+    for broken in (whole[:-2], whole[:-4], b"", b"\0\0\0\0", b"#bundle\0" + b"\0" * 8 + struct.pack(">i", 99) + whole,
+                   whole[:4] + whole[8:], b"abcd" * 3):  # fmt: skip
+        with pytest.raises((ValueError, struct.error)):
+            list(numbers_in(broken))
+
+
+def test_the_server_outlives_bad_packets_and_closes_at_once() -> None:
+    board = Board(lambda target: 0.0)
+    link = OscLink(board.receive, port=0)
+    later = ((int(time.time()) + 2208988800 + 25) & 0xFFFFFFFF) << 32
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for packet in (b"\xff" * 8, osc_message("/x", "f", b"\0\0"), osc_message("/x", "f", struct.pack(">f", np.inf)),
+                       bundle(later, osc_message("/fader", "f", struct.pack(">f", 0.25))),
+                       osc_message("/fader", "f", struct.pack(">f", 0.75))):  # fmt: skip
+            sender.sendto(packet, ("127.0.0.1", link.port))
+        _wait(lambda: board.received == 2 and link.ignored == 3)
+    start = time.monotonic()
+    link.close()
+    assert time.monotonic() - start < 5
+
+
+@pytest.mark.parametrize("port", [70000, -1])
+def test_ports_that_there_are_not_are_refused(port: int) -> None:
+    with pytest.raises(InvalidInputError, match="expected 0 to 65535"):
+        OscLink(lambda c, p, t: None, port=port)
+    with pytest.raises(InvalidInputError, match="feedback"):
+        OscLink(lambda c, p, t: None, port=0, feedback=("127.0.0.1", port))
+
+
+def test_an_unplugged_device_is_named_and_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once by an error of the port, once by its silent absence; it comes back under other numbers."""
+    from spectral_core.explore.board import midi
+
+    class Port:
+        broken, closed = False, False
+
+        def __init__(self) -> None:
+            self.waiting: list[Any] = []
+
+        def iter_pending(self) -> list[Any]:
+            if self.broken:
+                raise OSError("no such device")
+            waiting, self.waiting = self.waiting, []
+            return waiting
+
+        def close(self) -> None:
+            self.closed = True
+
+    names, ports, now = ["nano:nano MIDI 1 20:0"], [], [0.0]
+    monkeypatch.setattr(midi, "port_names", lambda: list(names))
+    monkeypatch.setattr(mido, "open_input", lambda name: ports.append(Port()) or ports[-1])
+    monkeypatch.setattr(mido, "get_output_names", list)
+    monkeypatch.setattr(midi.time, "monotonic", lambda: now[0])
+    got: list[float] = []
+    link = MidiLink(lambda c, p, t: got.append(p), name="nano:nano MIDI 1 20:0")
+    assert not link.has_motor(Control("cc", 0, "1"))
+
+    ports[0].broken = True
+    assert link.pump() == 0 and link.missing == "nano:nano MIDI 1" and ports[0].closed
+    names[:] = []
+    now[0] = 5.0
+    assert link.pump() == 0 and link.missing
+    names[:] = ["nano:nano MIDI 1 28:0"]
+    now[0] = 10.0
+    link.pump()
+    assert link.missing is None and len(ports) == 2
+    ports[1].waiting = [mido.Message("control_change", control=3, value=127)]
+    assert link.pump() == 1 and got == [1.0]
+    names[:] = []
+    now[0] = 20.0
+    link.pump()
+    assert link.missing == "nano:nano MIDI 1" and ports[1].closed
+    link.close()

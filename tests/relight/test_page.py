@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,11 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
-from spectral_core.render.relight.mix import LiveMix
+from spectral_core.render.relight.mix import LiveMix, relight
 from spectral_core.render.relight.page import write_page
 from spectral_core.render.relight.storage import MixtureStorage
 from spectral_core.render.relight.transport import Transport
+from spectral_core.render.relight.view_transform import ViewTransform, nodes
 from spectral_core.spectra.color import display_rgb_from_linear
 
 # Presses on the selector, drags it, lets go, then switches the second bulb off, and writes down what is then shown.
@@ -56,15 +58,15 @@ def transport_of(layers: np.ndarray) -> Transport:
                      (None,) * count, 1.0, "0" * 64, 1, 0)  # fmt: skip
 
 
-def browse(page: Path) -> str:
-    """The page's document after its scripts ran."""
+def browse(page: Path, *options: str) -> str:
+    """The page's document after its scripts ran, or what ``options`` make of it."""
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         pytest.skip("no Chromium on this machine")
     quiet = ("--no-first-run", "--disable-sync", "--disable-quic", "--disable-background-networking",
              "--disable-component-update", f"--user-data-dir={page.parent / 'profile'}")  # fmt: skip
     look = ("--headless", "--no-sandbox", "--disable-gpu", "--window-size=900,700", "--virtual-time-budget=4000")
-    command = [program, *look, *quiet, "--dump-dom", page.as_uri()]
+    command = [program, *look, *quiet, *(options or ("--dump-dom",)), page.as_uri()]
     return subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
 
 
@@ -82,7 +84,7 @@ def test_dragging_in_a_browser_shows_what_the_library_computes(tmp_path: Path, r
     for state, is_on in zip(seen, switches, strict=True):
         weights = dial_weights(state["selector"], bulbs, is_on)
         np.testing.assert_allclose(state["weights"], weights, atol=1e-12)
-        expected = 255 * np.clip(display_rgb_from_linear(live.picture(weights)[::-1, :, :3]), 0, 1)
+        expected = 255 * np.clip(display_rgb_from_linear(live.picture(3 * weights)[::-1, :, :3]), 0, 1)
         shown = np.array(state["pixels"]).reshape(expected.shape)
         assert np.abs(shown - expected).max() <= 1.0
     np.testing.assert_allclose(seen[1]["selector"], [0.35, 0.41], atol=0.02)
@@ -93,3 +95,72 @@ def test_pages_that_cannot_be_are_refused(tmp_path: Path) -> None:
         write_page(tmp_path / "x.html", transport_of(np.ones((1, 3, 2, 2))))
     with pytest.raises(InvalidInputError, match="over 65504"):
         write_page(tmp_path / "x.html", transport_of(np.full((2, 3, 2, 2), 1e6)))
+
+
+def steep() -> ViewTransform:
+    """A transform that no curve per channel could be: warm, and flat above 1."""
+    light = nodes()
+    red, green, blue = np.meshgrid(light, light, light, indexing="ij")
+    mean = (red + green + blue) / 3
+    shown = np.stack([0.7 * red + 0.3 * mean, green, 0.5 * blue + 0.2 * mean], axis=-1)
+    return ViewTransform("Steep", 1 - np.exp(-shown))
+
+
+def test_the_middle_is_the_scene_as_recorded_through_its_view_transform(tmp_path: Path, rng) -> None:
+    """With 4 lights the middle is no quarter as bright; the page heeds --mix and the scene's view."""
+    transport = replace(transport_of(rng.uniform(0, 1.2, (4, 3, 6, 8))), view=steep())
+    page = tmp_path / "dial.html"
+    write_page(page, transport, title="@TRANSPORT@", mix={"light 0": 0.0})
+    text = page.read_text("utf-8")
+    assert text.count("@TRANSPORT@") == 2 and text.count('"half"') == 1
+    page.write_text(text.replace("</html>", DRIVE + "</html>"), "utf-8")
+    found = re.search(r'<pre id="result">(.*?)</pre>', browse(page), re.DOTALL)
+    assert found, "the page's script did not run to its end"
+    shown = np.array(json.loads(html.unescape(found[1]))[0]["pixels"]).reshape(6, 8, 3)
+
+    linear = relight(transport, mix={"light 0": 0.0})[::-1, :, :3].astype(float)
+    assert np.abs(shown - 255 * steep().shown(linear)).max() <= 1.5
+
+
+def test_a_view_transform_is_its_table_between_the_nodes(rng: np.random.Generator) -> None:
+    light = rng.uniform(0, 1, (500, 3)) ** 3 * 8
+    red, green, blue = np.moveaxis(light, -1, 0)
+    mean = light.mean(axis=-1)
+    exact = 1 - np.exp(-np.stack([0.7 * red + 0.3 * mean, green, 0.5 * blue + 0.2 * mean], axis=-1))
+    assert np.abs(steep().shown(light) - exact).max() < 0.02
+    back = ViewTransform.of_document(steep().document())
+    np.testing.assert_allclose(back.table, steep().table, atol=1e-5)
+    with pytest.raises(InvalidInputError, match="20 nodes has 107811 values"):
+        ViewTransform.of_document({**steep().document(), "size": 20})
+
+
+def test_the_page_tells_a_screen_reader_and_stays_within_its_dial(tmp_path: Path, rng) -> None:
+    page = tmp_path / "dial.html"
+    write_page(page, transport_of(rng.uniform(0, 1, (3, 3, 4, 4))))
+    script = """
+<script>
+const press = key => dial.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+for (let n = 0; n < 60; n++) press("ArrowRight");
+const far = state.selector.slice();
+const box = dial.getBoundingClientRect();
+const send = (kind, x, y) => dial.dispatchEvent(new PointerEvent(kind, { clientX: box.left + x * box.width,
+  clientY: box.top + y * box.height, pointerId: 1, bubbles: true }));
+press("0"); send("pointerdown", 0.5, 0.5); send("pointermove", 0.6, 0.5); send("pointercancel", 0.6, 0.5);
+const dropped = state.selector.slice(); send("pointermove", 0.2, 0.2);
+const still = state.selector.slice();
+press("1"); window.spectral.draw();
+const out = document.createElement("pre");
+out.id = "result"; out.textContent = JSON.stringify({ far, dropped, still, after: state.selector,
+  now: dial.getAttribute("aria-valuenow"), text: dial.getAttribute("aria-valuetext"),
+  buttons: document.querySelectorAll("#lights button").length });
+document.body.append(out);
+</script>
+"""
+    page.write_text(page.read_text("utf-8").replace("</html>", script + "</html>"), "utf-8")
+    found = re.search(r'<pre id="result">(.*?)</pre>', browse(page), re.DOTALL)
+    assert found, "the page's script did not run to its end"
+    seen = json.loads(html.unescape(found[1]))
+    assert seen["far"][0] == 1.35 and seen["buttons"] == 3
+    assert seen["dropped"][0] > 0.1 and seen["still"] == seen["dropped"]
+    np.testing.assert_allclose(seen["after"], bulbs_on_polygon(3)[0], atol=1e-12)
+    assert seen["now"] == "100" and seen["text"].startswith("light 0 100 %")

@@ -20,11 +20,11 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from ...properties import hooks
 from ...properties.hooks import Topic
 from ..deferred import Deferred, redraw
+from .picture import PICTURE, place
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.transport import Transport
 
-PICTURE = "Light Dial"
 DELAY_SECONDS = 0.005
 
 
@@ -142,7 +142,9 @@ def show(scene: Scene) -> Any:
         raise
     if dial.message:
         dial.message = ""
-    return _store(pixels)
+    image = _store(pixels)
+    place(scene, image, over_camera=dial.over_camera)
+    return image
 
 
 def _store(pixels: np.ndarray) -> Any:

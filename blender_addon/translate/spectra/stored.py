@@ -8,6 +8,7 @@ from bpy.types import ID, Node, PropertyGroup
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
+from ... import compat
 from ...properties import hooks
 from ...properties.spectrum import tag
 from . import catalogue
@@ -101,9 +102,11 @@ def store_spectrum(
 ) -> None:
     """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES.
 
-    Raises InvalidInputError where it is not what its owner can have, a reflectance in [0, 1] or a light of no negative
-    power, unless ``physical`` is False: then it is kept to be drawn, and reading it with spectrum_of() raises.
+    Raises InvalidInputError where its owner is linked, or where the spectrum is not what its owner can have: a
+    reflectance in [0, 1] or a light of no negative power. With ``physical`` False it is kept to be drawn, and reading
+    it with spectrum_of() raises.
     """
+    require_editable(spectral.id_data)
     expected = catalogue.KINDS[kind_in(spectral)]
     if physical and type(spectrum) is not expected:
         spectrum = expected(spectrum.name, spectrum.grid, spectrum.values, source=spectrum.source)
@@ -112,6 +115,16 @@ def store_spectrum(
         spectral.source = source
     spectral.strength = strength
     spectral.message = ""
+
+
+def require_editable(block: ID) -> None:
+    """Raise InvalidInputError for linked data: Blender takes a change of it, and loses it when the file is saved."""
+    if not compat.is_editable(block):
+        source = block.library or block.override_library.reference.library
+        raise InvalidInputError(
+            f"{block.bl_rna.name.lower()} {block.name!r} is linked from {bpy.path.basename(source.filepath)} and can "
+            "keep no spectrum here; make it local, or apply with Make Linked Data Local"
+        )
 
 
 def write_samples(spectral: PropertyGroup, spectrum: Spectrum) -> None:

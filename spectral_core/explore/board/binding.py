@@ -12,6 +12,9 @@ CONTROL_KINDS = ("cc", "cc14", "bend", "osc")
 STEPS = {"cc": 127, "cc14": 16383, "bend": 16383, "osc": 1 << 24}
 """Number of steps from one end of a control to the other; an OSC float has 24 bits."""
 
+PAIRED = 32
+"""Controllers 0 to 31 carry the upper 7 bits of a 14-bit fader, 32 higher the lower 7 (MIDI 1.0)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Control:

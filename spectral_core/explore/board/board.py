@@ -8,16 +8,18 @@ No device is opened here: ``midi`` and ``osc`` turn wires into calls of ``receiv
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.explore.board.binding import Binding, Control
+from spectral_core.explore.board.binding import PAIRED, Binding, Control
+from spectral_core.explore.board.order import Order
 
 TOUCH_SECONDS = 0.1
 """A fader that moved this recently is in somebody's hand: its motor rests."""
 MOTOR_SECONDS = 1 / 60
 """Least time between two messages to one motor: what is sent is a state, and the last one always goes out."""
+ECHO_SECONDS = 0.15
+"""A message within this time of a motor command, and equal to it, is the motor's report of its arrival."""
 LEARN_TRAVEL = 0.05
 """How far a control must travel before learning takes it: a resting hand trembles."""
 
@@ -34,28 +36,46 @@ class Change:
 
 @dataclass
 class _Fader:
+    """A bound control and two facts about it: where a hand last moved it, and where its motor was last sent."""
+
     binding: Binding
-    position: float | None = None
-    """Where the fader is known to stand; None until it first moves or is driven."""
+    hand: float | None = None
     touched: float = float("-inf")
+    """When ``hand`` was."""
+    sent: float | None = None
     driven: float = float("-inf")
-    """When its motor was last sent a position."""
-    shown: float | None = None
-    """Position last sent to its motor."""
+    """When ``sent`` was."""
     caught: bool = False
-    """Pick-up: whether it has met the value yet."""
+    """Pick-up: whether the fader holds the value. It lets go where the value changes by other means."""
+    left_at: float | None = None
+    """The value after this fader's last change, as its owner keeps it; None while that is not known."""
+
+    @property
+    def stands(self) -> float | None:
+        """Where the fader is: at the newer of the two facts; None before the first."""
+        return self.sent if self.sent is not None and self.driven > self.touched else self.hand
+
+    def is_echo(self, position: float, time: float) -> bool:
+        """Whether a message is the motor's own report."""
+        near = self.sent is not None and abs(self.sent - position) <= self.binding.control.step
+        return near and 0 <= time - self.driven <= ECHO_SECONDS
 
 
 class Board:
     """Bindings, and what has come in since the last poll."""
 
-    def __init__(self, read: Callable[[str], float]) -> None:
-        """``read`` gives a target's present value; it is called inside ``poll`` and ``motors`` only."""
+    def __init__(self, read: Callable[[str], float], has_motor: Callable[[Control], bool] | None = None) -> None:
+        """Make a board without bindings.
+
+        ``read`` gives a target's present value; it is called inside ``poll`` and ``motors`` only. ``has_motor`` tells
+        whether a control can be moved from here; all can where None.
+        """
         self._read = read
+        self._has_motor = has_motor or (lambda control: True)
         self._lock = threading.Lock()
         self._latest: dict[Control, tuple[float, float]] = {}
         self._faders: dict[Control, _Fader] = {}
-        self._bounds: dict[str, tuple[str, str]] = {}
+        self._order = Order()
         self._learning: str | None = None
         self._learn_start: dict[Control, float] = {}
         self.received = 0
@@ -74,11 +94,24 @@ class Board:
         """Take a binding away; none is no error."""
         self._faders.pop(control, None)
 
+    @property
+    def orders(self) -> tuple[tuple[str, str], ...]:
+        """All pairs (lower, upper) that are kept in order."""
+        return self._order.pairs
+
     def keep_ordered(self, lower: str, upper: str) -> None:
-        """From now on the target ``upper`` never goes below the target ``lower``: each stops at the other."""
-        if lower == upper:
-            raise InvalidInputError(f"{lower!r} cannot bound itself; name a lower and an upper target")
-        self._bounds[lower] = self._bounds[upper] = (lower, upper)
+        """From now on the target ``upper`` never goes below the target ``lower``: each stops at the other.
+
+        Pairs make chains: with a ≤ b and b ≤ c, all three stay in order. Raises InvalidInputError for a circle.
+        """
+        self._order = self._order.with_pair(lower, upper)
+
+    def set_orders(self, pairs: Iterable[tuple[str, str]]) -> None:
+        """Keep these pairs (lower, upper) in order, and no others. Raises InvalidInputError for a circle."""
+        order = Order()
+        for lower, upper in pairs:
+            order = order.with_pair(lower, upper)
+        self._order = order
 
     def learn(self, target: str) -> None:
         """The next control that is moved becomes the one that moves ``target``."""
@@ -103,31 +136,39 @@ class Board:
 
         ``range_of`` gives the range for a target that was learned; [0, 1] without it.
         """
+        self._settle()
         with self._lock:
             latest, self._latest = self._latest, {}
         self._finish_learning(latest, range_of)
         wanted: dict[str, Change] = {}
         for control, (position, time) in sorted(latest.items(), key=lambda entry: entry[1][1]):
             fader = self._faders.get(control)
-            if fader is not None and self._moved(fader, position, time):
+            if fader is not None and not fader.is_echo(position, time) and self._counts(fader, position, time):
                 target = fader.binding.target
                 wanted[target] = Change(target, fader.binding.value(position), time)
-        return tuple(self._within_bounds(change, wanted) for change in wanted.values())
+        held = self._order.held({target: change.value for target, change in wanted.items()}, self._read)
+        return tuple(
+            replace(change, value=held[target], held_back=held[target] != change.value)
+            for target, change in wanted.items()
+        )
 
     def motors(self, time: float) -> tuple[tuple[Control, float], ...]:
         """Controls whose motor must move, with the position to send: where a target changed by other means.
 
         A fader in somebody's hand is left alone, and one that already stands there gets nothing: no loop can start.
         """
+        self._settle()
         to_send = []
         for control, fader in self._faders.items():
-            position = fader.binding.position(self._read(fader.binding.target))
-            known = fader.shown if fader.shown is not None else fader.position
-            rests = time - fader.touched < TOUCH_SECONDS or time - fader.driven < MOTOR_SECONDS
-            if rests or (known is not None and abs(known - position) <= control.step):
+            if not self._has_motor(control):
                 continue
-            fader.shown, fader.position, fader.driven = position, position, time
-            to_send.append((control, position))
+            if time - fader.touched < TOUCH_SECONDS or time - fader.driven < MOTOR_SECONDS:
+                continue
+            position = fader.binding.position(self._read(fader.binding.target))
+            stands = fader.stands
+            if stands is None or abs(stands - position) > control.step:
+                fader.sent, fader.driven = position, time
+                to_send.append((control, position))
         return tuple(to_send)
 
     def _finish_learning(
@@ -136,37 +177,39 @@ class Board:
         if self._learning is None:
             return
         travel = {c: abs(p - self._learn_start.get(c, p)) for c, (p, _) in latest.items()}
-        farthest = max(travel, key=lambda control: travel[control], default=None)
-        if farthest is None or travel[farthest] < LEARN_TRAVEL:
+        # The low byte of a 14-bit fader saws over its whole range: where both halves have come, only the pair counts.
+        moved = [c for c, distance in travel.items() if distance >= LEARN_TRAVEL and not self._is_half(c)]
+        if not moved:
             return
+        chosen = max(moved, key=lambda control: travel[control])
         low, high = range_of(self._learning) if range_of else (0.0, 1.0)
-        self.bind(Binding(farthest, self._learning, low, high))
+        self.bind(Binding(chosen, self._learning, low, high))
         self._learning = None
 
-    def _moved(self, fader: _Fader, position: float, time: float) -> bool:
-        """Whether a message is a hand's movement that counts; an echo of a motor's own is not."""
-        if fader.shown is not None and abs(fader.shown - position) <= fader.binding.control.step:
-            fader.position = position
+    def _is_half(self, control: Control) -> bool:
+        if control.kind != "cc":
             return False
-        before, fader.position, fader.touched = fader.position, position, time
-        fader.shown = position
-        if fader.binding.pick_up and not fader.caught:
-            present = fader.binding.position(self._read(fader.binding.target))
-            start = before if before is not None else position
-            passed = min(start, position) - fader.binding.control.step <= present
-            fader.caught = passed and present <= max(start, position) + fader.binding.control.step
-            return fader.caught
-        return True
+        upper = int(control.address) % PAIRED
+        halves = (Control("cc", control.channel, str(upper)), Control("cc", control.channel, str(upper + PAIRED)))
+        return control in halves and all(half in self._learn_start for half in halves)
 
-    def _within_bounds(self, change: Change, wanted: Mapping[str, Change]) -> Change:
-        pair = self._bounds.get(change.target)
-        if pair is None:
-            return change
-        other = pair[1] if change.target == pair[0] else pair[0]
-        limit = wanted[other].value if other in wanted else self._read(other)
-        if change.target == pair[0] and change.value > limit:
-            # Both moved past each other at once: the upper one wins, the lower one stops at it.
-            return Change(change.target, limit, change.time, held_back=True)
-        if change.target == pair[1] and change.value < limit and other not in wanted:
-            return Change(change.target, limit, change.time, held_back=True)
-        return change
+    def _settle(self) -> None:
+        """Note what became of the last changes: their owner may have rounded or clipped them."""
+        for fader in self._faders.values():
+            if fader.caught and fader.left_at is None:
+                fader.left_at = fader.binding.position(self._read(fader.binding.target))
+
+    def _counts(self, fader: _Fader, position: float, time: float) -> bool:
+        """Note a hand's movement; whether it moves the target, which under pick-up it must meet first."""
+        before = fader.stands
+        fader.hand, fader.touched = position, time
+        if not fader.binding.pick_up:
+            return True
+        present, step = fader.binding.position(self._read(fader.binding.target)), fader.binding.control.step
+        if fader.caught and fader.left_at is not None and abs(present - fader.left_at) > step:
+            fader.caught = False  # something else has moved the value: the fader would jump
+        if not fader.caught:
+            start = position if before is None else before
+            fader.caught = min(start, position) - step <= present <= max(start, position) + step
+        fader.left_at = None if fader.caught else fader.left_at
+        return fader.caught

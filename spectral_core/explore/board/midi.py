@@ -6,43 +6,44 @@ mido (and python-rtmidi behind it) are optional; without them, or without a devi
 
 from __future__ import annotations
 
+import contextlib
+import re
 import time
 from collections.abc import Callable
 from typing import Any
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, SpectralError
-from spectral_core.explore.board.binding import Control
+from spectral_core.explore.board.binding import PAIRED, Control
 
-PAIRED = 32
-"""Controllers 0 to 31 carry the upper 7 bits, 32 higher the lower 7 (MIDI 1.0)."""
+LOOK_SECONDS = 2.0
+"""How often it is looked whether the device is still, or again, there."""
 
 
 class Decoder:
-    """MIDI messages to (control, position). Keeps the upper halves of 14-bit pairs until their lower halves come.
+    """MIDI messages to positions of controls.
 
-    ``fine``: (channel, controller) pairs, controller below 32, that are sent as 14-bit pairs; others are 7-bit.
+    Nothing tells whether controllers n and n + 32 are two faders of 7 bits or the halves of one of 14. So the second
+    half is decoded as both, and a board moves by whichever is bound.
     """
 
-    def __init__(self, fine: frozenset[tuple[int, int]] = frozenset()) -> None:
-        self._fine = fine
+    def __init__(self) -> None:
         self._upper: dict[tuple[int, int], int] = {}
 
-    def decode(self, message: Any) -> tuple[Control, float] | None:
-        """``message``: a mido message. None for what is no fader, or the first half of a pair."""
+    def decode(self, message: Any) -> tuple[tuple[Control, float], ...]:
+        """Controls that a mido message moves, with their positions; none for what is no fader."""
         if message.type == "pitchwheel":
-            return Control("bend", message.channel), (message.pitch + 8192) / 16383
+            return ((Control("bend", message.channel), (message.pitch + 8192) / 16383),)
         if message.type != "control_change":
-            return None
+            return ()
         number, channel = message.control, message.channel
-        if (channel, number) in self._fine:
+        coarse = (Control("cc", channel, str(number)), message.value / 127)
+        if number < PAIRED:
             self._upper[channel, number] = message.value
-            return None
-        if (channel, number - PAIRED) in self._fine:
-            upper = self._upper.get((channel, number - PAIRED))
-            if upper is None:
-                return None
-            return Control("cc14", channel, str(number - PAIRED)), ((upper << 7) | message.value) / 16383
-        return Control("cc", channel, str(number)), message.value / 127
+        upper = self._upper.get((channel, number - PAIRED))
+        if upper is None:
+            return (coarse,)
+        fine = (Control("cc14", channel, str(number - PAIRED)), ((upper << 7) | message.value) / 16383)
+        return coarse, fine
 
 
 def encode(control: Control, position: float) -> list[Any]:
@@ -69,50 +70,98 @@ def port_names() -> list[str]:
 
 
 class MidiLink:
-    """One open input, and the output of the same name where there is one."""
+    """One input, and the output of the same name where there is one; found again after it was unplugged."""
 
     def __init__(
         self, receive: Callable[[Control, float, float], None], *, port: Any = None, name: str | None = None,
-        output: Any = None, fine: frozenset[tuple[int, int]] = frozenset(),
+        output: Any = None,
     ) -> None:  # fmt: skip
-        """``receive`` is ``Board.receive``; ``port`` and ``output`` are mido ports, or ``name`` says which to open."""
-        self._receive, self._decoder = receive, Decoder(fine)
-        self._input = port if port is not None else _open(name)
-        self._output = output
-        if output is None and port is None and name in _mido().get_output_names():
-            self._output = _mido().open_output(name)
+        """Open the ports. ``receive`` is ``Board.receive``; ``port`` and ``output`` are mido ports, or ``name`` says
+        which to open, None for the first. Raises SpectralError where there is no such device."""
+        self._receive, self._decoder = receive, Decoder()
+        self._input, self._output = port, output
+        self._name = ""
+        self.missing: str | None = None
+        """Name of the device while it is unplugged; None while it is there."""
+        self._next_look = 0.0
+        if port is None:
+            self._open(_require_name(name))
 
     def pump(self) -> int:
-        """Hand all messages that wait to the board; how many there were."""
+        """Hand all messages that wait to the board; how many there were. A device that is gone is no error."""
+        self._look_for_device(time.monotonic())
+        if self._input is None:
+            return 0
         count = 0
-        for message in self._input.iter_pending():
-            count += 1
-            decoded = self._decoder.decode(message)
-            if decoded is not None:
-                self._receive(*decoded, time.monotonic())
+        try:
+            for message in self._input.iter_pending():
+                count += 1
+                for control, position in self._decoder.decode(message):
+                    self._receive(control, position, time.monotonic())
+        except (OSError, ValueError, RuntimeError, SystemError):  # what mido's back ends raise on a port that is gone
+            self._lose()
         return count
+
+    def has_motor(self, control: Control) -> bool:
+        """Whether the device has an input of its own, by which a fader can be moved."""
+        return self._output is not None and control.kind != "osc"
 
     def send(self, control: Control, position: float) -> None:
         """Move a motor; nothing happens where the device has no input of its own."""
-        if self._output is not None and control.kind != "osc":
+        if not self.has_motor(control):
+            return
+        try:
             for message in encode(control, position):
                 self._output.send(message)
+        except (OSError, ValueError, RuntimeError, SystemError):
+            self._lose()
 
     def close(self) -> None:
         """Release the ports."""
         for port in (self._input, self._output):
             if port is not None:
-                port.close()
+                with contextlib.suppress(OSError, ValueError, RuntimeError, SystemError):  # it may be gone
+                    port.close()
+        self._input = self._output = None
+
+    def _open(self, name: str) -> None:
+        mido = _mido()
+        self._name, self.missing = name, None
+        self._input = mido.open_input(name)
+        outputs = [each for each in mido.get_output_names() if _device(each) == _device(name)]
+        self._output = mido.open_output(outputs[0]) if outputs else None
+
+    def _lose(self) -> None:
+        self.close()
+        self.missing = _device(self._name) or "the MIDI device"
+
+    def _look_for_device(self, now: float) -> None:
+        """Every two seconds: a system tells nobody that a device was unplugged, its name only vanishes."""
+        if not self._name or now < self._next_look:
+            return
+        self._next_look = now + LOOK_SECONDS
+        there = [name for name in port_names() if _device(name) == _device(self._name)]
+        if self._input is not None and not there:
+            self._lose()
+        elif self._input is None and self.missing is not None and there:
+            with contextlib.suppress(OSError, SystemError):  # not ready yet: the next look tries again
+                self._open(there[0])
 
 
-def _open(name: str | None) -> Any:
-    mido = _mido()  # where it is missing, that is what to say
+def _device(name: str) -> str:
+    """A port's name without the numbers that change when it is plugged in again (``nano:nano MIDI 1 20:0``)."""
+    return re.sub(r" [0-9]+:[0-9]+$", "", name)
+
+
+def _require_name(name: str | None) -> str:
+    _mido()  # where it is missing, that is what to say
     names = port_names()
     if not names:
         raise SpectralError("no MIDI device is connected; connect one, or use OSC")
-    if name is not None and name not in names:
+    found = [each for each in names if name is None or each == name or _device(each) == _device(name)]
+    if not found:
         raise InvalidInputError(f"no MIDI input is named {name!r}; connected: {', '.join(names)}")
-    return mido.open_input(name or names[0])
+    return str(name if name in names else found[0])
 
 
 def _mido() -> Any:

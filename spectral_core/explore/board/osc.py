@@ -2,18 +2,25 @@
 """OSC in and out: tablets and programs send floats in [0, 1] to addresses, and get positions back.
 
 UDP loses messages under load, so what is sent is always a state, never a step; ``Board.motors`` keeps it to 60 a
-second.
+second. For the same reason a bundle with a later time tag counts at once: a fader's state is never queued. Packets are
+read here, because python-osc sleeps until a time tag, and fills up numbers that are cut off; it sends.
 """
 
 from __future__ import annotations
 
+import math
+import socketserver
+import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from spectral_core.errors import MissingDependencyError, SpectralError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, SpectralError
 from spectral_core.explore.board.binding import Control
+
+_LAYOUTS = {"i": ">i", "f": ">f", "h": ">q", "d": ">d"}
+"""Kinds of arguments that are numbers."""
 
 
 class OscLink:
@@ -23,21 +30,33 @@ class OscLink:
         self, receive: Callable[[Control, float, float], None], *, host: str = "127.0.0.1", port: int = 9000,
         feedback: tuple[str, int] | None = None,
     ) -> None:  # fmt: skip
-        """``receive`` is ``Board.receive``; ``port`` 0 takes any free one; ``feedback``: where positions are sent."""
+        """Listen. ``receive`` is ``Board.receive``; ``port`` 0 takes any free one; ``feedback``: where positions are
+        sent. Raises InvalidInputError for a port that there is not, SpectralError for one that is taken."""
         try:
-            from pythonosc import dispatcher, osc_server, udp_client
+            from pythonosc import udp_client
         except ImportError as error:
             raise MissingDependencyError.package("python-osc", "an OSC mixing board", "board") from error
+        for word, number in (("OSC port", port), ("port for feedback", feedback[1] if feedback else 0)):
+            if not 0 <= number <= 65535:
+                raise InvalidInputError(f"the {word} is {number}; expected 0 to 65535, such as 9000")
         self._receive = receive
-        routes = dispatcher.Dispatcher()
-        routes.set_default_handler(self._handle)
-        try:
-            self._server = osc_server.BlockingOSCUDPServer((host, port), routes)
-        except OSError as error:
-            raise SpectralError(f"cannot listen for OSC on {host}:{port} ({error}); choose another port") from error
-        self._client: Any = udp_client.SimpleUDPClient(*feedback) if feedback else None
         self.ignored = 0
-        """Messages without a number: a board may send names and colors too."""
+        """Messages without a finite number, and packets that are no OSC: a board may send names and colors too."""
+        link = self
+
+        class Handler(socketserver.BaseRequestHandler):
+            def handle(self) -> None:
+                link._take(self.request[0])
+
+        try:
+            self._server = socketserver.UDPServer((host, port), Handler)
+        except (OSError, UnicodeError) as error:
+            raise SpectralError(f"cannot listen for OSC on {host}:{port} ({error}); choose another port") from error
+        try:
+            self._client: Any = udp_client.SimpleUDPClient(*feedback) if feedback else None
+        except (OSError, UnicodeError) as error:
+            self._server.server_close()
+            raise SpectralError(f"cannot send OSC to {feedback} ({error}); give another address") from error
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="osc", daemon=True)
         self._thread.start()
 
@@ -46,15 +65,23 @@ class OscLink:
         """The port that is listened on."""
         return int(self._server.server_address[1])
 
-    def _handle(self, address: str, *values: Any) -> None:
-        if values and isinstance(values[0], (int, float)) and values[0] == values[0]:
-            self._receive(Control("osc", 0, address), float(values[0]), time.monotonic())
-        else:
+    def _take(self, packet: bytes) -> None:
+        try:
+            for address, value in numbers_in(packet):
+                if value is None or not math.isfinite(value):
+                    self.ignored += 1
+                else:
+                    self._receive(Control("osc", 0, address), value, time.monotonic())
+        except (ValueError, struct.error, SpectralError):
             self.ignored += 1
+
+    def has_motor(self, control: Control) -> bool:
+        """Whether positions can be sent back to where the control is."""
+        return self._client is not None and control.kind == "osc"
 
     def send(self, control: Control, position: float) -> None:
         """Tell the board where a fader should stand; nothing happens without an address for feedback."""
-        if self._client is not None and control.kind == "osc":
+        if self.has_motor(control):
             self._client.send_message(control.address, float(position))
 
     def close(self) -> None:
@@ -64,3 +91,43 @@ class OscLink:
         self._thread.join(timeout=2.0)
         if self._client is not None:
             self._client.close()
+
+
+def numbers_in(packet: bytes) -> Iterator[tuple[str, float | None]]:
+    """Give address and first argument of each message of an OSC 1.0 packet, bundles included; None for no number.
+
+    Raises ValueError or struct.error for what is cut off or is no OSC.
+    """
+    pending = [packet]
+    while pending:
+        part = pending.pop()
+        if len(part) % 4 or not part:
+            raise ValueError("an OSC packet has a multiple of four bytes")
+        if part.startswith(b"#bundle\0"):
+            pending += reversed(list(_elements(part)))
+        else:
+            yield _message(part)
+
+
+def _elements(bundle: bytes) -> Iterator[bytes]:
+    place = 16  # past the word and the time tag
+    while place < len(bundle):
+        (size,) = struct.unpack_from(">i", bundle, place)
+        if not 0 < size <= len(bundle) - place - 4:
+            raise ValueError("an element of an OSC bundle is cut off")
+        yield bundle[place + 4 : place + 4 + size]
+        place += 4 + size
+
+
+def _message(packet: bytes) -> tuple[str, float | None]:
+    address, place = _text(packet, 0)
+    kinds, place = _text(packet, place)
+    if not address.startswith("/") or not kinds.startswith(","):
+        raise ValueError("an OSC message has an address and the kinds of its arguments")
+    layout = _LAYOUTS.get(kinds[1:2])
+    return address, None if layout is None else float(struct.unpack_from(layout, packet, place)[0])
+
+
+def _text(packet: bytes, place: int) -> tuple[str, int]:
+    end = packet.index(b"\0", place)
+    return packet[place:end].decode("ascii"), (end // 4 + 1) * 4

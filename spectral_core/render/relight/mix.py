@@ -30,10 +30,15 @@ def relight(
     live = LiveMix(transport)
     for group, light in (lights or {}).items():
         live.set_light(group, light)
-    weights = np.ones(len(transport.groups))
-    for group, weight in (mix or {}).items():
-        weights[transport.index_of(group)] = weight
-    return live.picture(weights)
+    return live.picture(amounts_of(transport, mix))
+
+
+def amounts_of(transport: Transport, mix: Mapping[str, float] | None) -> NDArray[np.float64]:
+    """Intensity (groups,) of each light group relative to the render; 1 for those that ``mix`` does not name."""
+    amounts = np.ones(len(transport.groups))
+    for group, amount in (mix or {}).items():
+        amounts[transport.index_of(group)] = amount
+    return amounts
 
 
 class LiveMix:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import base64
 import html
 import json
+import re
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -16,8 +17,10 @@ from numpy.typing import ArrayLike
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import write_text
 from spectral_core.render.relight.dial import bulbs_on_polygon
-from spectral_core.render.relight.mix import LiveMix
+from spectral_core.render.relight.mix import LiveMix, amounts_of
 from spectral_core.render.relight.transport import Transport
+from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
+from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Spectrum
 
 MOST_BYTES = 200e6
@@ -30,36 +33,69 @@ def write_page(
     *,
     title: str = "Light dial",
     lights: Mapping[str, Spectrum] | None = None,
+    mix: Mapping[str, float] | None = None,
     bulbs: ArrayLike | None = None,
 ) -> None:
-    """Write ``path``. ``lights``: spectra by group, as ``relight`` takes them; ``bulbs``: (groups, 2), else a polygon.
+    """Write one HTML file. In the middle of the dial it shows the scene as it was recorded, through its view transform.
 
-    Layers are 16-bit floats: eleven bits, finer than the 8 bits of a screen. Raises InvalidInputError for fewer than 2
-    light groups or a page over 200 MB.
+    Layers are 16-bit floats: eleven bits, finer than the 8 bits of a screen.
+
+    Parameters
+    ----------
+    path
+        The .html file.
+    transport
+        What was recorded, 2 to 64 light groups.
+    title
+        Heading and name of the page.
+    lights, mix
+        Spectra and intensities by group, as ``relight`` takes them; the dial starts from these.
+    bulbs
+        Places (groups, 2) of the bulbs; a regular polygon where None.
+
+    Raises
+    ------
+    InvalidInputError
+        For fewer than 2 or more than 64 light groups, or a page over 200 MB.
     """
     width, height = transport.size
     count = len(transport.groups)
     if count < 2:
         raise InvalidInputError(f"the transport has {count} light group; a dial needs at least 2")
+    places = bulbs_on_polygon(count) if bulbs is None else np.asarray(bulbs, dtype=np.float64)
     size = count * width * height * 3 * 2 * 4 / 3
     if size > MOST_BYTES:
         raise InvalidInputError(f"the page would take {size / 1e6:.0f} MB; record the transport at a smaller size")
     live = LiveMix(transport)
     for group, light in (lights or {}).items():
         live.set_light(group, light)
-    layers = np.stack([live.picture(np.eye(count)[k])[..., :3].copy() for k in range(count)])
+    amounts = amounts_of(transport, mix)
+    layers = np.stack([live.picture(np.diag(amounts)[k])[..., :3].copy() for k in range(count)])
     overflown = int((layers > np.finfo(np.float16).max).sum())
     if overflown:
         raise InvalidInputError(f"{overflown} values are over 65504, more than the page can hold; lower the exposure")
-    places = bulbs_on_polygon(count) if bulbs is None else np.asarray(bulbs, dtype=np.float64)
+    lamps = [(lights or {}).get(group, own) for group, own in zip(transport.groups, transport.lights, strict=True)]
     document = {
         "width": width,
         "height": height,
         "groups": [group or "ungrouped" for group in transport.groups],
+        "colors": [_bulb_color(lamp) for lamp in lamps],
         "bulbs": places.tolist(),
         "selector": [0.0, 0.0],
+        "view": None if transport.view is None else transport.view.document(),
         "half": base64.b64encode(layers.astype(np.float16).tobytes()).decode("ascii"),
     }
     template = resources.files("spectral_core.render.relight").joinpath("page.html").read_text("utf-8")
     text = json.dumps(document).replace("<", "\\u003c")  # a group named "</script>" must not end the script
-    write_text(path, template.replace("@TITLE@", html.escape(title)).replace("@TRANSPORT@", text))
+    filled = {"@TITLE@": html.escape(title), "@TRANSPORT@": text}
+    # in one pass: a title that is a placeholder itself stays what it is
+    write_text(path, re.sub("@TITLE@|@TRANSPORT@", lambda found: filled[found[0]], template))
+
+
+def _bulb_color(lamp: Spectrum | None) -> list[float]:
+    """Display color of a lamp, as bright as a screen shows its hue; white where a group's lights differ."""
+    if lamp is None:
+        return [1.0, 1.0, 1.0]
+    linear = np.maximum(linear_rgb_from_xyz(xyz_of(lamp)), 0.0)
+    shown = display_rgb_from_linear(linear / max(float(linear.max()), 1e-30)) if linear.any() else np.ones(3)
+    return [round(float(value), 4) for value in shown]

@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownName
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.storage import Storage, flat_light
+from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.render.still import RenderResult, render_scene
 from spectral_core.scene import (
     AddSurface,
@@ -52,6 +53,8 @@ class Transport:
     scene_hash: str
     samples: int
     seed: int
+    view: ViewTransform | None = None
+    """How the scene shows linear light on a screen; None for the plain sRGB curve."""
 
     def __post_init__(self) -> None:
         expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
@@ -84,6 +87,7 @@ def record_transport(
     *,
     one_per_light: bool = False,
     most_groups: int | None = None,
+    view: ViewTransform | None = None,
     render: Callable[..., RenderResult] = render_scene,
     **options: Any,
 ) -> Transport:
@@ -97,6 +101,8 @@ def record_transport(
         Every light becomes a group of its own name.
     most_groups
         Refuse a scene with more light groups before anything is rendered; a dial has up to ``dial.MOST_BULBS``.
+    view
+        How the scene shows linear light, kept with the transport for pages.
     render
         ``render_scene`` or the ``render`` of a ``RenderProcess``.
     options
@@ -136,7 +142,7 @@ def record_transport(
     return Transport(
         storage, names, channels, np.ascontiguousarray(result.pixels[..., 3]),
         tuple(_group_light(grouped, name) for name in names), exposure, scene_hash(scene), result.samples,
-        scene.film.seed,
+        scene.film.seed, view,
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from spectral_core.files.guarded import reading, require_shallow
 from spectral_core.files.whole import require_own_kind
 from spectral_core.render.relight.storages import storage_of_document
 from spectral_core.render.relight.transport import Transport
+from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
@@ -109,6 +110,7 @@ def _meaning(transport: Transport) -> dict[str, Any]:
         "scene_hash": transport.scene_hash,
         "samples": transport.samples,
         "seed": transport.seed,
+        **({} if transport.view is None else {"view": transport.view.document()}),
     }
 
 
@@ -149,8 +151,9 @@ def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transpor
             storage, groups, np.array(planes, dtype=np.float32), _plane(parts[len(groups)], "A"),
             tuple(_light_of(light) for light in meaning["lights"]), float(meaning["exposure"]),
             str(meaning["scene_hash"]), int(meaning["samples"]), int(meaning["seed"]),
+            ViewTransform.of_document(meaning["view"]) if "view" in meaning else None,
         )  # fmt: skip
-    except (KeyError, IndexError, TypeError, InvalidInputError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, InvalidInputError) as error:
         raise FileFormatError(f"{path} lacks a part or channel of its transport ({error}); record it again") from error
 
 

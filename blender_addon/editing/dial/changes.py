@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether the scene is still the one that was recorded, part by part: what was not recorded is told on the dial."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import bpy
+from bpy.types import Depsgraph, Scene
+
+from spectral_core.errors import SpectralError
+
+from ...translate.scene import translate_scene
+from ..deferred import Deferred
+from .live import redraw_dial
+
+REST_SECONDS = 1.0
+"""Time without an edit until the scene is compared."""
+SLOW_SECONDS = 0.5
+"""A scene that takes longer to compare is compared only when the artist asks for it."""
+DIGITS = 12
+"""Of each part's hash: enough to tell an edit, short enough to be stored for thousands of objects."""
+EDITED_ELSEWHERE = "Something was edited since the recording; press Compare to see what"
+NAMED = 3
+"""Changed parts that are named; the rest is counted."""
+SHOWN = (
+    bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
+    bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
+)  # fmt: skip
+"""Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
+
+_slow: set[int] = set()
+
+
+def parts_of(scene: Scene) -> dict[str, str]:
+    """Name to hash of everything that the recorded light depends on, as the viewport has it now."""
+    from spectral_core.scene import scene_hash
+
+    view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
+    depsgraph = view_layer.depsgraph
+    depsgraph.update()
+    translated = translate_scene(depsgraph)
+    parts = {"the camera": translated.camera, "the size of the picture": translated.film.size}
+    parts["the world"] = translated.world
+    for kind in ("lights", "meshes", "materials", "instances", "volumes"):
+        singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
+        parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
+    return {name: scene_hash(part)[:DIGITS] for name, part in parts.items()}
+
+
+def remember_parts(scene: Scene, parts: dict[str, str]) -> None:
+    """Keep what was recorded, and forget what had changed before."""
+    scene.spectral.dial.recorded_parts = json.dumps(parts)
+    scene.spectral.dial.changes = ""
+
+
+def accept(scene: Scene, before: dict[str, str]) -> None:
+    """Take a change of the dial's own, made since ``before``, for recorded: Apply dims the lamps and nothing else."""
+    recorded = recorded_parts(scene)
+    for name, now in parts_of(scene).items():
+        if recorded.get(name) == before.get(name):
+            recorded[name] = now
+    scene.spectral.dial.recorded_parts = json.dumps(recorded)
+
+
+def recorded_parts(scene: Scene) -> dict[str, str]:
+    """What was recorded; empty where nothing is known, as in files of an earlier version."""
+    try:
+        parts = json.loads(scene.spectral.dial.recorded_parts or "{}")
+    except ValueError:
+        return {}
+    return parts if isinstance(parts, dict) else {}
+
+
+def compare(scene: Scene) -> str:
+    """Compare the scene with the recorded one, store on the dial what differs, and return it; "" where nothing does."""
+    dial, recorded = scene.spectral.dial, recorded_parts(scene)
+    if not dial.scene_hash or not recorded:
+        return ""
+    began = time.monotonic()
+    try:
+        now = parts_of(scene)
+    except SpectralError as error:
+        dial.changes = str(error)
+        return dial.changes
+    if time.monotonic() - began > SLOW_SECONDS:
+        _slow.add(scene.session_uid)
+    dial.changes = told(recorded, now)
+    return dial.changes
+
+
+def told(recorded: dict[str, str], now: dict[str, str]) -> str:
+    """What differs, in words."""
+    found = [f"{name} was removed" for name in recorded if name not in now]
+    found += [f"{name} was added" for name in now if name not in recorded]
+    found += [f"{name} was changed" for name in recorded if name in now and recorded[name] != now[name]]
+    rest = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    return f"{', '.join(found[:NAMED])}{rest}" if found else ""
+
+
+def _compare_and_show(scene: Scene) -> None:
+    compare(scene)
+    redraw_dial()
+
+
+LIVE = Deferred(lambda _scene: None, _compare_and_show, delay_seconds=REST_SECONDS, rest_seconds=REST_SECONDS)
+
+
+@bpy.app.handlers.persistent
+def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
+    """Blender has evaluated an edit."""
+    dial = scene.spectral.dial
+    if bpy.app.background or not dial.scene_hash or not any(isinstance(each.id, SHOWN) for each in depsgraph.updates):
+        return
+    if scene.session_uid not in _slow:
+        LIVE.request(scene)
+    elif not dial.changes:
+        dial.changes = EDITED_ELSEWHERE
+
+
+def register() -> None:
+    """Watch the scene."""
+    bpy.app.handlers.depsgraph_update_post.append(_after_update)
+
+
+def unregister() -> None:
+    """Watch no more."""
+    bpy.app.handlers.depsgraph_update_post.remove(_after_update)
+    LIVE.cancel()
+    _slow.clear()

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which materials, lights and worlds of the file the table names, and what has become of them since."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import bpy
+from bpy.types import ID, PropertyGroup
+
+from ... import compat
+
+POINTERS = {"material": "materials", "light": "lights", "world": "worlds"}
+"""Property of a row or column, and where in ``bpy.data`` such data-blocks are."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A row or column whose data-block is not what it was when it was chosen."""
+
+    entry: PropertyGroup
+    pointer: str
+    kind: Literal["deleted", "renamed", "linked", "unused"]
+    text: str
+
+
+def bound(palette: PropertyGroup) -> Iterator[tuple[PropertyGroup, str, ID | None]]:
+    """Every row and column, with the name of each of its pointers and the data-block there."""
+    for entry in (*palette.lights, *palette.materials):
+        for pointer in POINTERS:
+            if hasattr(entry, pointer):
+                yield entry, pointer, getattr(entry, pointer)
+
+
+def faults(palette: PropertyGroup) -> list[Fault]:
+    """What the artist should know before Apply; empty where all is well."""
+    found = []
+    for entry, pointer, block in bound(palette):
+        known = getattr(entry, f"{pointer}_name")
+        if block is None:
+            if known:
+                found.append(Fault(entry, pointer, "deleted", f"{entry.name}: {pointer} {known!r} was deleted"))
+        elif not compat.is_editable(block):
+            text = f"{entry.name}: {pointer} {block.name!r} is linked from another file"
+            found.append(Fault(entry, pointer, "linked", text))
+        elif known and block.name != known:
+            text = f"{entry.name}: {pointer} {known!r} is now named {block.name!r}"
+            found.append(Fault(entry, pointer, "renamed", text))
+        elif _is_unused(palette, block):
+            text = f"{entry.name}: nothing in the scene uses {pointer} {block.name!r}"
+            found.append(Fault(entry, pointer, "unused", text))
+    return found
+
+
+def _is_unused(palette: PropertyGroup, block: ID) -> bool:
+    """Whether the table alone keeps a data-block: an object that was deleted leaves its light behind."""
+    own = sum(each == block for _, _, each in bound(palette))
+    return block.users - bool(block.use_fake_user) <= own and not isinstance(block, bpy.types.Material)
+
+
+def mend(palette: PropertyGroup) -> list[str]:
+    """Follow new names, find data-blocks by their old ones, let go of the rest; returns what was done, in words."""
+    done = []
+    for fault in faults(palette):
+        entry, pointer = fault.entry, fault.pointer
+        known, block = getattr(entry, f"{pointer}_name"), getattr(entry, pointer)
+        if fault.kind == "renamed":
+            if entry.name == known:
+                entry.name = block.name
+            setattr(entry, f"{pointer}_name", block.name)
+            done.append(f"{known} is now {block.name}")
+        elif fault.kind in ("deleted", "unused"):
+            again = getattr(bpy.data, POINTERS[pointer]).get(known) if fault.kind == "deleted" else None
+            setattr(entry, pointer, again)
+            done.append(f"{entry.name} has its {pointer} again" if again else f"{entry.name} has no {pointer} any more")
+        elif fault.kind == "linked":
+            setattr(entry, pointer, local_copy(block))
+            done.append(f"{block.name} is local now")
+    return done
+
+
+def local_copy(block: ID) -> ID:
+    """A linked data-block made local; local objects that used it use the local one."""
+    return block.make_local(clear_liboverride=True)

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the palette to the scene: spectra for the materials, lights and worlds that the table names."""
+
+import bpy
+from bpy.props import BoolProperty
+from bpy.types import Context, PropertyGroup
+
+from spectral_core.errors import InvalidInputError, SolveError
+
+from ..editing.palette import bindings
+from ..editing.palette import solve as palette_solve
+from ..translate.palette.apply import expose, level_of, store_result
+from ..translate.spectra.stored import require_editable
+from .common import UNDOABLE, palette_in, reporting
+
+
+class SPECTRAL_OT_palette_apply(bpy.types.Operator):
+    """Give the designed spectra to the lights and materials of the scene that the table names. One undo step"""
+
+    bl_idname = "spectral.palette_apply"
+    bl_label = "Apply to Scene"
+    bl_options = UNDOABLE
+    create: BoolProperty(
+        name="Create Missing Materials", default=False, description="Make a Blender material for rows that name none"
+    )
+    make_local: BoolProperty(
+        name="Make Linked Data Local", default=False,
+        description="Take materials and lights that are linked from another file into this one, to change them here",
+    )  # fmt: skip
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        palette = palette_in(context)
+        if palette.is_stale and palette.live:
+            palette_solve.solve_scene(context.scene)  # an edit whose timer has not come yet
+        _require_appliable(palette)
+        if self.make_local:
+            _make_local(palette)
+        for _, _, block in bindings.bound(palette):
+            if block is not None:
+                require_editable(block)  # before anything is written
+        if self.create:
+            _create_materials(palette)
+        count = _apply(palette)
+        if not count:
+            raise InvalidInputError(
+                "no row or column names a material or light of the scene; choose some below the table, or create them"
+            )
+        lost = [fault.text for fault in bindings.faults(palette) if fault.kind in ("deleted", "unused")]
+        if lost:
+            self.report({"WARNING"}, f"the table names what is gone: {'; '.join(lost)}")
+        self.report({"INFO"}, f"{count} spectra applied")
+
+
+def _apply(palette: PropertyGroup) -> int:
+    """Write the spectra, and let lights or exposure make the scene as bright as the palette asks."""
+    level = level_of(palette)
+    to_exposure = palette.level_to == "EXPOSURE"
+    count = 0
+    for entry, _, block in bindings.bound(palette):
+        if block is not None:
+            store_result(block, entry, level=level if to_exposure else 1.0)
+            count += 1
+    if count:
+        expose(palette.id_data, level if to_exposure else 1.0)
+    return count
+
+
+def _require_appliable(palette: PropertyGroup) -> None:
+    if not palette.status:
+        raise InvalidInputError("the palette is not solved yet; press Solve first")
+    if palette.is_stale:
+        raise InvalidInputError(f"the palette has changed since it was solved; solve it. {palette.message}".strip())
+    if palette.allow_negative:
+        raise InvalidInputError("unphysical spectra cannot be applied; switch Unphysical Spectra off and solve again")
+    if palette.status in ("inaccurate", "invisible"):
+        raise SolveError(f"the solution cannot be relied on and is not applied: {palette.remedy}")
+
+
+def _make_local(palette: PropertyGroup) -> None:
+    for fault in bindings.faults(palette):
+        if fault.kind == "linked":
+            setattr(fault.entry, fault.pointer, bindings.local_copy(getattr(fault.entry, fault.pointer)))
+
+
+def _create_materials(palette: PropertyGroup) -> None:
+    for row in palette.materials:
+        if row.material is None:
+            row.material = bpy.data.materials.new(row.name)
+
+
+class SPECTRAL_OT_palette_mend(bpy.types.Operator):
+    """Follow new names, find what was deleted and made again, make linked data local, and let go of what is gone"""
+
+    bl_idname = "spectral.palette_mend"
+    bl_label = "Mend Table"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        done = bindings.mend(palette_in(context))
+        self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is as it was chosen")
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_apply, SPECTRAL_OT_palette_mend))

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Targets that stay in order: each stops at its neighbors, in chains and trees."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from spectral_core.errors import InvalidInputError
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """``pairs``: (lower, upper) each; without a circle."""
+
+    pairs: tuple[tuple[str, str], ...] = ()
+
+    def with_pair(self, lower: str, upper: str) -> Order:
+        """The order with one more pair. Raises InvalidInputError where it would run in a circle."""
+        if lower == upper:
+            raise InvalidInputError(f"{lower!r} cannot bound itself; name a lower and an upper target")
+        if lower in self._reached(upper, upwards=True):
+            raise InvalidInputError(f"{upper!r} is kept below {lower!r} already; remove that order first")
+        return Order((*(pair for pair in self.pairs if pair != (lower, upper)), (lower, upper)))
+
+    def held(self, wanted: Mapping[str, float], read: Callable[[str], float]) -> dict[str, float]:
+        """What each wanted value becomes. Targets that do not move hold the others back; of two that do, the upper
+        one wins. ``read`` gives the present value of a target that does not move."""
+        result: dict[str, float] = {}
+        # From the top down, so that each finds its upper neighbors settled.
+        for target in sorted(wanted, key=lambda name: len(self._reached(name, upwards=True) & set(wanted))):
+            value = wanted[target]
+            floors = [read(name) for name in self._reached(target, upwards=False) - set(wanted)]
+            ceilings = [result[name] if name in wanted else read(name) for name in self._reached(target, upwards=True)]
+            result[target] = min([max([value, *floors]), *ceilings])
+        return result
+
+    def _reached(self, target: str, *, upwards: bool) -> set[str]:
+        """All targets above (or below) one, through any number of pairs."""
+        found: set[str] = set()
+        pending = [target]
+        while pending:
+            here = pending.pop()
+            nearby = [high if upwards else low for low, high in self.pairs if here == (low if upwards else high)]
+            pending += [name for name in nearby if name not in found]
+            found.update(nearby)
+        return found

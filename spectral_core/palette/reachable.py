@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Is this color possible? What one material can show under a light, given what it must show under others.
+
+A reflectance between 0 and 1 that has exact colors under k lights can show a convex set of colors under one more light
+(a section of a zonotope, projected). Its extent in a direction is a linear program, in closed form without exact
+colors; the nearest color to a wanted one is a small quadratic program, whose multipliers name the colors in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linprog
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
+from spectral_core.spectra.observer import normalized, xyz_from_product
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+Array = NDArray[np.float64]
+
+EXACT = 1e-6
+"""Linear RGB distance below which a wanted color counts as reachable."""
+LAB_STEPS = 4
+"""Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB."""
+_RIDGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearestColor:
+    """The reachable color (3,) nearest to a wanted one. ``reachable``: whether it is the wanted one.
+
+    ``delta_e_2000``: the distance between them. ``reflectance``: (n,), one that shows it. ``in_the_way``: for each
+    exact color, how fast half the squared CIELAB distance falls if that color moves by one ΔE; the largest is the color
+    to relax.
+    """
+
+    color: Array
+    reachable: bool
+    delta_e_2000: float
+    reflectance: Array
+    in_the_way: Array
+
+
+class CellReach:
+    """Colors that a material can show under one light.
+
+    Parameters
+    ----------
+    light : the light asked about.
+    grid : knots of the reflectance, n.
+    exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
+    scale : luminance of a perfect white under every light; colors are relative to it.
+
+    Raises
+    ------
+    InvalidInputError : no reflectance has all exact colors.
+    """
+
+    def __init__(
+        self,
+        light: Illuminant,
+        grid: SpectralGrid,
+        exact: Sequence[tuple[Illuminant, ArrayLike]] = (),
+        scale: float = 1.0,
+    ) -> None:
+        self.grid = grid
+        self.matrix = _rgb_rows(light, grid, scale)
+        self._held = (
+            np.concatenate([_rgb_rows(other, grid, scale) for other, _ in exact]) if exact else np.empty((0, grid.size))
+        )
+        colors = [frozen_array("exact color", color, (3,)) for _, color in exact]
+        self._colors = np.concatenate(colors) if colors else np.empty(0)
+        if exact and self._extreme(np.zeros(3)) is None:
+            raise InvalidInputError(
+                f"no reflectance between 0 and 1 has the {len(exact)} exact colors together; relax one of them"
+            )
+
+    def extent(self, direction: ArrayLike) -> tuple[float, Array]:
+        """Largest ``direction · color`` over all reachable colors, and a color (3,) that has it."""
+        toward = np.asarray(direction, dtype=np.float64)
+        if not len(self._held):
+            # Each wavelength reflects all or nothing: the extreme colors of an object (Schrödinger 1920).
+            color = self.matrix @ (toward @ self.matrix > 0)
+            return float(toward @ color), color
+        found = self._extreme(toward)
+        if found is None:
+            raise SolveError("the exact colors of this material cannot be met together")
+        color = self.matrix @ found
+        return float(toward @ color), color
+
+    def outline(self, count: int = 64) -> Array:
+        """Extreme colors (count, 3) in directions spread evenly over the sphere (a Fibonacci spiral)."""
+        z = 1 - (2 * np.arange(count) + 1) / count
+        angle = np.pi * (1 + 5**0.5) * np.arange(count)
+        around = np.sqrt(1 - z**2)
+        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1)
+        return np.array([self.extent(direction)[1] for direction in directions])
+
+    def nearest(self, wanted: ArrayLike) -> NearestColor:
+        """Find the reachable color that is nearest to ``wanted`` (3,), linear sRGB, in CIELAB."""
+        target = frozen_array("wanted color", wanted, (3,))
+        reflectance, _ = self._projected(np.eye(3), target)
+        color = self.matrix @ reflectance
+        pull = np.zeros(len(self._colors) // 3)
+        if np.abs(color - target).max() > EXACT:
+            multipliers = np.zeros(len(self._colors))
+            least = np.inf
+            here = color
+            # CIELAB is linearized at the answer so far. A full step may pass the minimum, so the best is kept.
+            for _ in range(LAB_STEPS):
+                metric = lab_jacobian_from_linear_rgb(here)
+                shifted = here + np.linalg.solve(metric, lab_from_linear_rgb(target) - lab_from_linear_rgb(here))
+                trial, forces = self._projected(metric, shifted)
+                here = self.matrix @ trial
+                distance = float(np.linalg.norm(lab_from_linear_rgb(here) - lab_from_linear_rgb(target)))
+                if distance < least:
+                    least, reflectance, multipliers, color = distance, trial, forces, here
+            held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(pull) else np.empty((0, 3, 3))
+            # A multiplier is per unit of linear RGB; one ΔE is what the color's own Jacobian says it is.
+            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=True)]
+            pull = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
+        error = float(delta_e_2000(lab_from_linear_rgb(color), lab_from_linear_rgb(target)))
+        return NearestColor(color, bool(np.abs(color - target).max() <= EXACT), error, reflectance, pull)
+
+    def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
+        """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors."""
+        import daqp
+
+        rows = metric @ self.matrix
+        size = float(np.trace(rows @ rows.T))
+        # The ridge makes the program strictly convex; it moves a color by less than EXACT.
+        hessian = rows.T @ rows + _RIDGE * size * np.eye(self.grid.size)
+        linear = -rows.T @ (metric @ target)
+        count = len(self._colors)
+        upper = np.concatenate([np.ones(self.grid.size), self._colors])
+        lower = np.concatenate([np.zeros(self.grid.size), self._colors])
+        sense = np.concatenate([np.zeros(self.grid.size), np.full(count, 5)]).astype(np.int32)
+        held = self._held if count else np.zeros((0, self.grid.size))
+        found, _, status, info = daqp.solve(hessian, linear, np.ascontiguousarray(held), upper, lower, sense)
+        if status not in (1, 2):
+            raise SolveError(f"the nearest reachable color was not found (status {status}); loosen the exact colors")
+        multipliers = np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
+        return np.clip(found, 0.0, 1.0), multipliers
+
+    def _extreme(self, direction: Array) -> Array | None:
+        """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors, None where there is none."""
+        answer = linprog(
+            -(direction @ self.matrix), A_eq=self._held, b_eq=self._colors, bounds=(0.0, 1.0), method="highs-ds"
+        )
+        return np.asarray(answer.x) if answer.status == 0 else None
+
+
+def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float) -> Array:
+    """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``."""
+    return RGB_FROM_XYZ @ xyz_from_product(normalized(light, luminance=scale), grid)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which of Blender's own panels are shown for the engine, and which passes it says that it leaves out."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("bpy")
+
+import bpy
+
+from blender_addon.engine import BL_IDNAME
+from blender_addon.translate.passes import pass_notes
+
+
+def shown() -> list[type]:
+    return [each for each in bpy.types.Panel.__subclasses__() if BL_IDNAME in getattr(each, "COMPAT_ENGINES", ())]
+
+
+@pytest.mark.parametrize("space", ["PROPERTIES", "NODE_EDITOR"])
+def test_a_light_has_one_panel_named_light(registered, space):
+    named = [each.__name__ for each in shown() if each.bl_label == "Light" and each.bl_space_type == space]
+    assert len(named) == 1, named
+
+
+def test_panels_of_what_is_not_drawn_are_hidden(registered):
+    assert not [each.__name__ for each in shown() if "freestyle" in each.__name__.lower()]
+    assert not [each.__name__ for each in shown() if "pencil" in each.__name__.lower()]
+
+
+def test_passes_that_are_not_rendered_are_named(blender):
+    layer = blender.context.view_layer
+    assert pass_notes(layer) == ()
+    layer.use_pass_z = layer.use_pass_diffuse_color = True
+    layer.aovs.add().name = "Dust"
+    (note,) = pass_notes(layer)
+    assert note.subject == f"view layer {layer.name}"
+    assert note.message == "Depth, Diffuse Color, AOV Dust: not rendered; the file holds Combined only"

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Apply: what it writes, what it refuses, how bright it leaves everything else, and a table that names what is gone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.translate.spectra.stored import spectrum_of, store_spectrum, strength_of
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.catalogue import reflectance
+
+
+@pytest.fixture
+def scene(blender):
+    """The hidden mark, bound to a lamp and a material that an object uses."""
+    scene = blender.context.scene
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    lamp = blender.data.lights.new("Sun", "POINT")
+    scene.collection.objects.link(blender.data.objects.new("Sun", lamp))
+    palette = scene.spectral.palette
+    palette.lights[0].light = lamp
+    palette.materials[0].material = blender.data.materials.new("Mark")
+    return scene
+
+
+@pytest.fixture
+def linked(blender, tmp_path):
+    """A material that is linked from a library."""
+    blender.data.materials.new("Glaze").use_fake_user = True
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, into):
+        into.materials = ["Glaze"]
+    return blender.data.materials["Glaze"]
+
+
+def test_apply_leaves_lamps_at_their_power_and_exposes_the_view(blender, scene):
+    palette = scene.spectral.palette
+    palette.brightness = 5.0
+    scene.view_settings.exposure = 0.5
+    lamp = palette.lights[0].light
+    blender.ops.spectral.palette_apply()
+    assert strength_of(lamp) == pytest.approx(palette.lights[0].intensity, rel=1e-5)
+    assert scene.view_settings.exposure == pytest.approx(0.5 + np.log2(5.0), abs=1e-5)
+    palette.brightness = 2.5
+    blender.ops.spectral.palette_apply()  # a second time nothing adds up
+    assert scene.view_settings.exposure == pytest.approx(0.5 + np.log2(2.5), abs=1e-5)
+    palette.level_to = "LIGHTS"
+    blender.ops.spectral.palette_apply()
+    assert strength_of(lamp) == pytest.approx(2.5 * palette.lights[0].intensity, rel=1e-5)
+    assert scene.view_settings.exposure == pytest.approx(0.5, abs=1e-5)
+
+
+def test_a_linked_material_is_refused_by_name_and_nothing_is_written(blender, linked):
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    palette = blender.context.scene.spectral.palette
+    lamp = blender.data.lights.new("Sun", "POINT")
+    palette.lights[0].light, palette.materials[0].material = lamp, linked
+    with pytest.raises(RuntimeError, match=r"material 'Glaze' is linked from library\.blend"):
+        blender.ops.spectral.palette_apply()
+    assert lamp.spectral.source == "NONE"
+    assert linked.spectral.source == "NONE"
+    with pytest.raises(InvalidInputError, match="'Glaze' is linked"):
+        store_spectrum(linked.spectral, reflectance("dark skin"))
+
+
+def test_a_linked_material_is_made_local_on_request_and_keeps_its_spectrum(blender, linked, tmp_path):
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    palette = blender.context.scene.spectral.palette
+    palette.materials[0].material = linked
+    blender.ops.spectral.palette_apply(make_local=True)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "user.blend"))
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "user.blend"))
+    loaded = blender.context.scene.spectral.palette.materials[0].material
+    assert loaded.library is None
+    assert spectrum_of(loaded).values.size > 30
+
+
+def test_an_override_is_refused_as_its_spectrum_would_not_be_saved(linked):
+    override = linked.override_create(remap_local_usages=True)
+    with pytest.raises(InvalidInputError, match="'Glaze' is linked from library"):
+        store_spectrum(override.spectral, reflectance("dark skin"))
+
+
+def test_what_was_deleted_renamed_or_left_behind_is_named_and_mended(blender, scene):
+    from blender_addon.editing.palette.bindings import faults
+
+    palette = scene.spectral.palette
+    assert faults(palette) == []
+    row, column = palette.materials[0], palette.lights[0]
+    row.name = "Mark"
+    row.material.name = "Seal"
+    blender.data.objects.remove(blender.data.objects["Sun"])
+    assert [(fault.kind, fault.text) for fault in faults(palette)] == [
+        ("unused", f"{column.name}: nothing in the scene uses light 'Sun'"),
+        ("renamed", "Mark: material 'Mark' is now named 'Seal'"),
+    ]
+    blender.data.materials.remove(row.material)
+    assert faults(palette)[1].text == "Mark: material 'Mark' was deleted"
+    blender.data.materials.new("Mark")
+    assert blender.ops.spectral.palette_mend() == {"FINISHED"}
+    assert faults(palette) == []
+    assert row.material == blender.data.materials["Mark"]
+    assert column.light is None
+
+
+def test_a_row_follows_the_new_name_of_its_material(blender, scene):
+    palette = scene.spectral.palette
+    palette.materials[0].name = "Mark"
+    palette.materials[0].material.name = "Seal"
+    blender.ops.spectral.palette_mend()
+    assert palette.materials[0].name == "Seal"
+    assert palette.materials[0].material_name == "Seal"
+
+
+@pytest.mark.parametrize(
+    "operator",
+    ["spectra_export", "swatches_export", "palette_export", "palette_import", "board_motion", "dial_save"],
+)
+def test_an_operator_without_a_path_says_so(blender, scene, operator):
+    from blender_addon.editing.board import live
+
+    if operator == "board_motion":
+        live.start(scene)[0].events.append((0.0, "x", 0.5))
+    try:
+        with pytest.raises(RuntimeError, match="no file is chosen"):
+            getattr(blender.ops.spectral, operator)()
+    finally:
+        live.stop()
