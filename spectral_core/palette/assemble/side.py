@@ -45,6 +45,8 @@ class Row:
     column: int | None
     weight: float
     """Squared; infinite where it must hold."""
+    own_weight: float
+    """Squared, whether it must hold or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +145,8 @@ class Assembler:
                 conditions += [c for c in range(1, len(self.wishes.conditions)) if view.sees(cell, c)]
             for condition in conditions:
                 weight = self._weight(target.weight, target.exact, condition, cell)
-                rows.append(Row(condition, cell, target.color, None, weight))
+                own = target.weight**2 / COLOR_NORM**2
+                rows.append(Row(condition, cell, target.color, None, weight, own))
         if cell in self._members:
             number, k = self._members[cell]
             group = self.wishes.groups[number]
@@ -151,7 +154,8 @@ class Assembler:
                 column = columns.get((number, condition))
                 if column is not None:
                     weight = self._weight(group.weights[k], group.exact[k], condition, cell)
-                    rows.append(Row(condition, cell, None, column, weight))
+                    own = group.weights[k] ** 2 / COLOR_NORM**2
+                    rows.append(Row(condition, cell, None, column, weight, own))
         return rows
 
     def _weight(self, weight: float, exact: bool, condition: int, cell: CellIndex) -> float:
@@ -188,9 +192,9 @@ class Assembler:
         roughness, gram = self.roughness(view.side) if no_primaries else (np.zeros((0, size)), np.zeros((size, size)))
         low, high = self.problem.reflectance_bounds if view.side == "reflectances" else self.problem.light_bounds
         joined = parts[0] if len(parts) == 1 else tuple(np.concatenate(each) for each in zip(*parts, strict=True))
-        return Block(
-            joined[0], joined[1], all_ties, joined[2], roughness, gram, np.full(size, low), np.full(size, high), keys
-        )
+        own = np.concatenate([np.repeat([row.own_weight for row in rows], 3), np.ones(extra)])
+        bounds = np.full(size, low), np.full(size, high)
+        return Block(joined[0], joined[1], all_ties, joined[2], roughness, gram, *bounds, keys, own)
 
     def _known_rows(self, view: View, columns: dict[tuple[int, int], int], boxes: Array) -> tuple[Array, Array, Array]:
         """Members of groups whose color is known already; exact ones fix the group's color in ``boxes``."""

@@ -56,7 +56,8 @@ class ActiveSet:
     def begin(self, x: Array, free: Mask) -> None:
         """Take a start: values, and which unknowns are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
-        self.free = free & (self.lower < self.upper)
+        # What lies between its bounds is free, whatever is claimed: a held value must be a bound.
+        self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & (self.lower < self.upper)
         # Factors of blocks whose bounds are held as they were then are still right.
         moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
         self.stale.update(set(self.block_of[moved].tolist()) - {-1})

@@ -32,6 +32,8 @@ ELASTIC = 1e4
 """Weight, relative to the median, of exact rows that cannot hold together."""
 SHARP, FINE_STEPS = 1e-8, 12
 """KKT residual past which an answer is refined, and the active-set steps that this may take."""
+LEAST_ELASTIC = 1e-2
+"""Squared weight, relative to the median, that an exact row has at least among other exact ones."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 NEAR = 1e-7
@@ -211,7 +213,8 @@ class Engine:
         held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
         active.begin(held, free)
         self._arrow, self._active = arrow, active
-        arrived = active.settle() or active.walk(np.clip(held, problem.lower, problem.upper), active.free.copy())
+        # The walk begins at the guess itself, not where the first gear left the bounds.
+        arrived = active.settle() or active.walk(held, free)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
         if arrived and not (answer.check.passed and answer.check.kkt <= SHARP):
@@ -252,14 +255,15 @@ def softened(problem: Quadratic, which: Collection[int] | None = None, *, everyt
     Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
     unless ``everything`` is to be soft.
     """
-    heavy = ELASTIC * median_weight(problem)[0]
+    unit = median_weight(problem)[0]
     blocks = list(problem.blocks)
     for k in range(len(blocks)) if which is None else which:
         block = blocks[k]
         soft = block.exact.copy()
         if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
             soft[3 * len(block.keys) :] = False
-        blocks[k] = replace(block, weights=np.where(soft, heavy, block.weights))
+        among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
+        blocks[k] = replace(block, weights=np.where(soft, ELASTIC * unit * among, block.weights))
     return replace(problem, blocks=tuple(blocks))
 
 

@@ -50,6 +50,8 @@ class Block:
     upper: Array
     keys: tuple[RowKey, ...] = ()
     """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
+    own_weights: Array | None = None
+    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
 
     @cached_property
     def exact(self) -> NDArray[np.bool_]:
