@@ -50,10 +50,13 @@ class WorkerPool(Executor):
     workers : how many processes.
     command : command line of a worker, to which the bootstrap code is appended; this Python by default.
     threads : processor threads of each worker; None leaves it to the libraries.
+    prelude : code that a worker runs first, before it takes over this process' module path.
     """
 
-    def __init__(self, workers: int, *, command: Sequence[str] | None = None, threads: int | None = None) -> None:
-        self._command = list(command or [sys.executable, "-c"])
+    def __init__(
+        self, workers: int, *, command: Sequence[str] | None = None, threads: int | None = None, prelude: str = ""
+    ) -> None:
+        self._command = [*(command or [sys.executable, "-c"]), f"{prelude}\n{BOOTSTRAP}"]
         self._threads = threads
         self._tasks: deque[_Task] = deque()
         self._wake = threading.Condition()
@@ -159,7 +162,7 @@ class _Process:
             environment["SPECTRAL_SCENE_THREADS"] = str(threads)
         try:
             self.process = subprocess.Popen(
-                [*command, BOOTSTRAP], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment,
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment,
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0), start_new_session=True,
             )  # fmt: skip
         except OSError as error:
