@@ -34,6 +34,6 @@ def _blend_node(table: dict[str, Any], space: Space, folder: Path) -> Any:
     from ._blend import require_blender
 
     require_blender()
-    from ..translate.sweep import blend_node
+    from ..editing.sweep_node import blend_node
 
     return blend_node(table, space, folder)

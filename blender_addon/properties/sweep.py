@@ -13,6 +13,7 @@ class SpectralSweepParameter(bpy.types.PropertyGroup):
     high: FloatProperty(name="To", default=1.0, description="Upper end of the range")
     scale: EnumProperty(
         name="Scale",
+        description="How points are spread over the range",
         items=[
             ("linear", "Linear", "Points are spread evenly over the range", 0),
             ("log", "Logarithmic", "Points are spread evenly over the logarithm: for energies and other ratios", 1),
@@ -29,6 +30,7 @@ class SpectralSweep(bpy.types.PropertyGroup):
     budget: IntProperty(name="Points", default=32, min=1, max=100000, description="Exactly this many renders")
     design: EnumProperty(
         name="Design",
+        description="How the ranges are sampled",
         items=[
             ("lattice", "Lattice", "Points far apart; more points refine the sweep without moving one", 0),
             ("sobol", "Sobol", "Points that estimate means well", 1),

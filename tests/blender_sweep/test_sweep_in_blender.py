@@ -91,7 +91,7 @@ def test_three_properties_are_swept_applied_and_keyframed(scene, tmp_path):
 
 @pytest.mark.slow
 def test_a_swept_light_is_relit_and_equals_a_render(scene, tmp_path):
-    from blender_addon.translate.sweep import BlendNode
+    from blender_addon.editing.sweep_node import BlendNode
     from spectral_core.explore.sweep.compute.rendering import rendered
     from spectral_core.explore.sweep.parameters import Parameter, Space
 
@@ -140,6 +140,18 @@ high = 4.0
     bad = subprocess.run([*command, str(tmp_path / "bad.toml"), "--out", str(tmp_path / "bad")], capture_output=True,
                          text=True, check=False, cwd=Path(__file__).parents[2])  # fmt: skip
     assert bad.returncode == 1 and "Kamera" in bad.stderr
+
+
+def test_a_number_is_removed_and_nothing_is_cancelled_or_opened_before_a_run(scene):
+    add(KEY, 1, 2)
+    assert bpy.ops.spectral.sweep_remove(index=0) == {"FINISHED"}
+    assert len(scene.spectral.sweep.parameters) == 0
+    with pytest.raises(RuntimeError, match="there is no parameter 0"):
+        bpy.ops.spectral.sweep_remove(index=0)
+    with pytest.raises(RuntimeError, match="no sweep is on its way"):
+        bpy.ops.spectral.sweep_cancel()
+    with pytest.raises(RuntimeError, match="there is no sweep in"):
+        bpy.ops.spectral.sweep_open(browse=False)
 
 
 def test_nothing_is_swept_where_nothing_was_added(scene):

@@ -153,6 +153,7 @@ class _Process:
 
     def __init__(self, command: Sequence[str], threads: int | None) -> None:
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self._ending = threading.Lock()
         paths = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100
         environment = {**os.environ, PATH_VARIABLE: json.dumps(paths)}
         if threads is not None:
@@ -214,7 +215,11 @@ class _Process:
         return ""
 
     def end(self) -> None:
-        """End the process and collect it."""
+        """End the process and collect it; two threads may ask for it."""
+        with self._ending:
+            self._end()
+
+    def _end(self) -> None:
         if self.alive:
             self.process.kill()
         self.process.wait()
@@ -222,4 +227,5 @@ class _Process:
             if stream is not None:
                 with contextlib.suppress(OSError, ValueError):  # ValueError: another thread closed it
                     stream.close()
-        self._log.close()
+        with contextlib.suppress(ValueError):
+            self._log.close()

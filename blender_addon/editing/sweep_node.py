@@ -23,7 +23,7 @@ from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.scene import Film, Scene, scene_hash
 
-from ..editing.board.paths import number_at
+from .board.paths import number_at
 
 PACKAGE = __package__.rpartition(".")[0]
 LIGHT_PATH = "bpy.data.lights["
@@ -89,7 +89,7 @@ class BlendNode:
 
     def scene(self, parameters: Mapping[str, Value], seed: int) -> Scene:
         """The file's scene at a point."""
-        from .scene import translate_scene
+        from ..translate.scene import translate_scene
 
         self._open()
         for name, path in self.paths:
