@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_finite
 from spectral_core.errors import InvalidInputError
+from spectral_core.scene.rays import Rays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +66,9 @@ def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = N
 class Instance:
     """One placement of a mesh. ``world_from_object``: (4, 4). ``materials``: names, one per material slot of the mesh.
 
-    ``group``: the light group that its emission belongs to, "" for none.
+    ``group``: the light group that its emission belongs to, "" for none. ``hidden_from``: kinds of rays that pass it
+    as if it were not there. ``is_holdout``: cuts a hole into what the camera sees. ``unlit_by``: names of lights that
+    do not light it; ``clear_for``: names of lights that it casts no shadow for.
     """
 
     name: str
@@ -73,6 +76,10 @@ class Instance:
     world_from_object: NDArray[np.float64]
     materials: tuple[str, ...] = ()
     group: str = ""
+    hidden_from: Rays = Rays.NONE
+    is_holdout: bool = False
+    unlit_by: tuple[str, ...] = ()
+    clear_for: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))

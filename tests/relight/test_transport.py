@@ -132,7 +132,7 @@ def test_lights_that_are_not_renamed_shine_as_in_the_scene(scene: Scene) -> None
         sampling_lights=SAMPLING_LIGHTS,
     )
     alone = relight(transport, mix={"Key": 0, "Sky": 0})
-    assert relative_error(alone, rendered.group_pixels["Fill"]) < 1e-5
+    assert relative_error(alone, rendered.group_pixels["Fill"]) < 3e-5  # 32-bit sums in another order
 
     merged = replace(scene, lights=tuple(replace(light, group="all") for light in scene.lights))
     mixed = record_transport(replace(merged, film=Film(4, 4, samples=1)), BandStorage())
