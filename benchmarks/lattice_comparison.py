@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lattices against Sobol, Halton, Latin hypercubes, Poisson disk, rank-1, R-sequence, grids: evenness and time.
 
-Prints the tables of docs/lattice.md. Means over seeds; see ``spectral_core.lattice.measure.measures`` for the measures.
+Prints the tables of docs/lattice.md, the errors of integration among them. Means over seeds; see
+``spectral_core.lattice.measure.measures`` for the measures.
 """
 
 from __future__ import annotations
@@ -13,10 +14,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
+from benchmarks._genz import DIFFICULTY, integrand
 from benchmarks._lattice_designs import DESIGNS, PROGRESSIVE, Points
 from spectral_core.lattice import evenness, prefix_separations
 
 MEASURES = ("separation", "fill_distance", "mean_square", "discrepancy", "gap_1d", "fill_2d")
+SOBOL = "Sobol, scrambled"
+INTEGRATION_DESIGNS = ("random", "Latin hypercube", SOBOL, "ours, rate 2, packing", "ours, rate 2, packing, latinised")
 CASES = ((2, 256), (3, 256), (3, 1024), (6, 256), (6, 1024), (10, 64), (10, 256), (10, 1024))
 
 
@@ -27,7 +31,28 @@ def run(options: Options) -> dict[str, Any]:
     figures = {f"{n},{m}": _table(n, m, seeds) for n, m in cases}
     sizes = ((3, 256),) if options.quick else ((3, 1024), (6, 1024), (6, 4096), (10, 1024))
     figures["prefixes"] = {f"{n},{m}": _prefixes(n, m) for n, m in sizes}
+    dimensions = (3,) if options.quick else (3, 6, 10)
+    figures["integration"] = {str(n): _integration(n, *((256, 4) if options.quick else (1024, 12))) for n in dimensions}
     return figures
+
+
+def _integration(n: int, m: int, seeds: int) -> dict[str, dict[str, float]]:
+    """Root mean square error of the mean over a design, relative to that of scrambled Sobol points, by Genz family."""
+    print(f"\n### Integration, n = {n}, m = {m}: error relative to scrambled Sobol points\n")
+    print("| design | " + " | ".join(DIFFICULTY) + " |\n|---" + "|---" * len(DIFFICULTY) + "|")
+    sets = {name: [points for seed in range(seeds) if (points := DESIGNS[name](n, m, seed)) is not None]
+            for name in INTEGRATION_DESIGNS}  # fmt: skip
+    errors: dict[str, dict[str, float]] = {name: {} for name in INTEGRATION_DESIGNS}
+    for family in DIFFICULTY:
+        rng = np.random.default_rng(20 + n)
+        tests = [integrand(family, n, rng) for _ in range(6)]
+        for name, designs in sets.items():
+            relative = [[float(t.evaluate(x).mean()) / t.integral - 1 for x in designs] for t in tests]
+            errors[name][family] = float(np.sqrt(np.square(relative).mean()))
+    rows = {name: {family: row[family] / errors[SOBOL][family] for family in row} for name, row in errors.items()}
+    for name, row in rows.items():
+        print(f"| {name} | " + " | ".join(f"{value:.2g}" for value in row.values()) + " |", flush=True)
+    return rows
 
 
 def _table(n: int, m: int, seeds: int) -> dict[str, dict[str, float]]:

@@ -50,7 +50,7 @@ def _vector_math(operation: str) -> Callable[[Stage], None]:
         node = stage.node("ShaderNodeVectorMath", operation=operation)
         stage.link(_picture(stage), node.inputs[0])
         node.inputs[1].default_value, node.inputs[2].default_value = (0.3, -0.5, 0.7), (0.2, 0.4, 0.1)
-        node.inputs["Scale"].default_value = 0.6
+        next(socket for socket in node.inputs if socket.identifier == "Scale").default_value = 0.6
         output = next(socket for socket in node.outputs if socket.enabled)
         stage.glow(output)
 
@@ -161,11 +161,13 @@ feature("color/rgb curves red", _curve("ShaderNodeRGBCurve", 0, "Color"))
 feature("color/float curve", _curve("ShaderNodeFloatCurve", 0, "Value"))
 feature("color/vector curves", _curve("ShaderNodeVectorCurve", 0, "Vector"))
 for _kind in _modes("ShaderNodeVectorRotate", "rotation_type"):
+    _turn = {"Rotation": (0.3, 0.5, 0.8)} if _kind == "EULER_XYZ" else {"Angle": 0.8}
     feature(f"vector/rotate {_kind.lower()}", _through(
-        "ShaderNodeVectorRotate", "Vector", rotation_type=_kind, Angle=0.8))  # fmt: skip
+        "ShaderNodeVectorRotate", "Vector", rotation_type=_kind, **_turn))  # fmt: skip
 for _kind in _modes("ShaderNodeMapping", "vector_type"):
+    _moved = {"Location": (0.1, 0.2, 0.3)} if _kind in ("POINT", "TEXTURE") else {}
     feature(f"vector/mapping {_kind.lower()}", _through("ShaderNodeMapping", "Vector", vector_type=_kind,
-            Location=(0.1, 0.2, 0.3), Rotation=(0.1, 0.2, 0.3), Scale=(1.2, 0.8, 1.5)))  # fmt: skip
+            Rotation=(0.1, 0.2, 0.3), Scale=(1.2, 0.8, 1.5), **_moved))  # fmt: skip
 for _kind in _modes("ShaderNodeVectorTransform", "vector_type"):
     feature(f"vector/transform {_kind.lower()}", _through(
         "ShaderNodeVectorTransform", 0, vector_type=_kind, convert_from="WORLD", convert_to="CAMERA"))  # fmt: skip

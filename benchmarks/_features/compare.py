@@ -29,6 +29,10 @@ class Comparison:
     by_region: dict[str, float]
 
 
+BLACK = 5e-3
+"""Least mean that an error is relative to: a fiftieth of the stage's own level."""
+
+
 def render(engine: str, seed: int) -> Pixels:
     """RGBA (height, width, 4) of the current scene, linear."""
     import bpy
@@ -59,12 +63,12 @@ def compare(ours: Pixels, cycles: list[Pixels], ball: NDArray[np.bool_]) -> Comp
     first, second, mine = (_calm(picture) for picture in (*cycles, ours))
     truth = (first + second) / 2
     overall = float(truth[..., :3].mean())
-    regions = {"all": np.ones(ball.shape, bool)}
-    if 0.02 < ball.mean() < 0.98:
+    regions = {"all": np.ones(truth.shape[:2], bool)}
+    if ball.shape == truth.shape[:2] and 0.02 < ball.mean() < 0.98:
         regions |= {"ball": ball, "rest": ~ball}
     by_region, noises = {}, []
     for name, mask in regions.items():
-        base = max(float(truth[mask][:, :3].mean()), DARKEST * overall, 1e-6)
+        base = max(float(truth[mask][:, :3].mean()), DARKEST * overall, BLACK)
         error = _distance(mine, truth, mask) / base
         # two seeds differ by sqrt(2) of one's noise, ours and the mean of two by at most sqrt(1.5) of it
         noise = _distance(first, second, mask) / base

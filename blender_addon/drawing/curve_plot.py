@@ -48,6 +48,24 @@ class Plot:
         left, right, bottom, top = self.x, self.x + self.width, self.y, self.y + self.height
         return np.array([(left, bottom), (right, bottom), (right, top), (left, bottom), (right, top), (left, top)])
 
+    def within(self, *, left: float, bottom: float, right: float, top: float) -> Plot:
+        """The plot inside of margins, in pixels, for numbers and names at its sides."""
+        return Plot(
+            self.x + left,
+            self.y + bottom,
+            self.width - left - right,
+            self.height - bottom - top,
+            self.low,
+            self.high,
+        )
+
+    def rules(self) -> list[Array]:
+        """The two ends (2, 2) of the horizontal lines at the least and the greatest value."""
+        return [
+            np.array([(self.x, self.up(value)), (self.x + self.width, self.up(value))])
+            for value in (self.low, self.high)
+        ]
+
     def ticks(self) -> list[tuple[int, Array]]:
         """Each marked wavelength and the two ends (2, 2) of its line."""
         return [

@@ -21,7 +21,7 @@ Samples = tuple[Array, Array]
 """Wavelengths and values of a stored spectrum."""
 Curve = tuple[str, Array, Array]
 """Name, wavelengths and values."""
-BACKGROUND = (0.08, 0.08, 0.09, 0.82)
+BACKGROUND = (0.06, 0.06, 0.07, 0.94)
 TICK = (1.0, 1.0, 1.0, 0.14)
 TEXT = (1.0, 1.0, 1.0, 0.75)
 DISTINCT_COLORS = (
@@ -61,34 +61,60 @@ def draw() -> None:
 def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
     values = [each for _, each in known if each.size]
     low, high = value_range(np.concatenate(values) if values else np.zeros(1), kind)
-    return low, high + 0.05 * (high - low)
+    return low, high
 
 
 def line_color(number: int) -> tuple[float, float, float, float]:
     """Color of a curve by its place in the table: told apart also by color-blind eyes, unlike the spectra's own colors,
-    which a palette makes equal on purpose."""
+    which a palette makes equal on purpose.
+    """
     return (*DISTINCT_COLORS[number % len(DISTINCT_COLORS)], 1.0)
 
 
 def _draw_plot(plot: Plot, curves: Sequence[Curve], active: int, scale: float) -> None:
+    """Plate, axes, curves and, within the plate, the names in the colors of their curves."""
     import blf
 
     draw_triangles(plot.corners(), BACKGROUND)
+    inner = plot.within(left=40 * scale, bottom=18 * scale, right=8 * scale, top=22 * scale)
     blf.size(FONT, 11 * scale)
-    for mark, ends in plot.ticks():
+    for ends in inner.rules():
         draw_line(ends, TICK, 1.0)
-        write(f"{mark} nm", ends[0, 0] + 3 * scale, plot.y + 4 * scale, TEXT)
+    for _, ends in inner.ticks():
+        draw_line(ends, TICK, 1.0)
     order = sorted(range(len(curves)), key=lambda number: number == active)  # the selected one on top
     for number in order:
         _, wavelengths, values = curves[number]
         if wavelengths.size:
-            draw_line(plot.line(wavelengths, values), line_color(number), (3.0 if number == active else 1.4) * scale)
-    x = plot.x
+            draw_line(inner.line(wavelengths, values), line_color(number), (3.0 if number == active else 1.6) * scale)
+    for mark, ends in inner.ticks():  # after the curves, which would cover the numbers
+        _write_centered(f"{mark}", ends[0, 0], plot.y + 4 * scale)
+    for value, ends in zip((inner.low, inner.high), inner.rules(), strict=True):
+        text = f"{value:.2g}"
+        write(text, inner.x - blf.dimensions(FONT, text)[0] - 5 * scale, ends[0, 1] - 4 * scale, TEXT)
+    write("nm", inner.x + inner.width - blf.dimensions(FONT, "nm")[0], plot.y + 4 * scale, TEXT)
+    _write_names(plot, curves, scale)
+
+
+def _write_centered(text: str, x: float, y: float) -> None:
+    import blf
+
+    write(text, x - blf.dimensions(FONT, text)[0] / 2, y, TEXT)
+
+
+def _write_names(plot: Plot, curves: Sequence[Curve], scale: float) -> None:
+    """Names along the top of the plate; the ones that find no room are counted."""
+    import blf
+
+    x, y, end = plot.x + 8 * scale, plot.y + plot.height - 15 * scale, plot.x + plot.width - 8 * scale
     for number, (name, _, _) in enumerate(curves):
-        write(name, x, plot.y + plot.height + 6 * scale, line_color(number))
+        rest = f"+{len(curves) - number}"
+        last = number == len(curves) - 1
+        if x + blf.dimensions(FONT, name)[0] + (0 if last else blf.dimensions(FONT, rest)[0] + 12 * scale) > end:
+            write(rest, x, y, TEXT)
+            return
+        write(name, x, y, line_color(number))
         x += blf.dimensions(FONT, name)[0] + 12 * scale
-        if x > plot.x + plot.width:
-            break
 
 
 def write(text: str, x: float, y: float, color: Color) -> None:

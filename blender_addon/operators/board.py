@@ -138,6 +138,23 @@ class SPECTRAL_OT_board_order(bpy.types.Operator):
         order.lower, order.upper = self.lower, self.upper
 
 
+class SPECTRAL_OT_board_disorder(bpy.types.Operator):
+    """Let these two numbers cross again"""
+
+    bl_idname = "spectral.board_disorder"
+    bl_label = "Let Cross"
+    bl_options = UNDOABLE
+    index: IntProperty(min=0)
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        orders = board_in(context).orders
+        if self.index >= len(orders):
+            raise InvalidInputError(f"there is no order {self.index}; the board has {len(orders)}")
+        orders.remove(self.index)
+        live.rebind(context.scene)
+
+
 def _targets(context: Context, typed: str) -> list[str]:
     return [entry.name for entry in board_in(context).bindings if typed.lower() in entry.name.lower()]
 
@@ -180,7 +197,7 @@ def draw_menu(self: bpy.types.Menu, context: Context) -> None:
 
 CLASSES = (
     SPECTRAL_OT_board_start, SPECTRAL_OT_board_stop, SPECTRAL_OT_board_poll, SPECTRAL_OT_board_learn,
-    SPECTRAL_OT_board_unbind, SPECTRAL_OT_board_order, SPECTRAL_OT_board_motion,
+    SPECTRAL_OT_board_unbind, SPECTRAL_OT_board_order, SPECTRAL_OT_board_disorder, SPECTRAL_OT_board_motion,
 )  # fmt: skip
 _register, _unregister = bpy.utils.register_classes_factory(CLASSES)
 

@@ -75,8 +75,15 @@ def _draw_bindings(layout: UILayout, settings: PropertyGroup) -> None:
         row.prop(entry, "low", text="")
         row.prop(entry, "high", text="")
         row.prop(entry, "pick_up", text="", icon="SNAP_ON" if entry.pick_up else "SNAP_OFF")
-    for order in settings.orders:
-        layout.label(text=f"{order.lower.rpartition('.')[2]} ≤ {order.upper.rpartition('.')[2]}", icon="SORT_ASC")
+    for number, order in enumerate(settings.orders):
+        row = layout.row()
+        row.label(text=f"{_short(order.lower)} ≤ {_short(order.upper)}", icon="SORT_ASC")
+        row.operator("spectral.board_disorder", text="", icon="X", emboss=False).index = number
+
+
+def _short(path: str) -> str:
+    """A number by the name of its data-block and its own."""
+    return path.removeprefix("bpy.data.").partition("[")[2].replace('"]', "")
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_board,))

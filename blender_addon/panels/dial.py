@@ -96,7 +96,8 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     plain = layout.column()
     plain.use_property_split = True
     plain.use_property_decorate = False
-    plain.prop(bulb, "place", text=f"{bulb.name or 'ungrouped'} at")
+    plain.label(text=bulb.name or "ungrouped", icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT")
+    plain.prop(bulb, "place")
     lamp = plain.row()
     lamp.enabled = "dial storage" not in dial.facts
     lamp.prop(bulb, "lamp")
@@ -130,7 +131,6 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     if len(dial.bulbs):
         row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
         row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
-    row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
     if dial.facts:
         facts = box.column()
         facts.active = False

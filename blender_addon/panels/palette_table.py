@@ -5,11 +5,14 @@ from bpy.types import Context, PropertyGroup, UILayout
 
 from ..drawing.icons import curve_icon
 from ..properties.palette_cell import MODES
-from .parts import width_of
+from ..translate.palette.table import palette_of
+from .parts import CHARACTER_PIXELS, told_apart, width_of
 
 MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
 """Unscaled pixels below which two colors and a number are no longer told apart."""
+BUTTON_PIXELS = 16.0
+"""What a button keeps free at the sides of its text."""
 NARROW_CELL = 82.0
 """Unscaled pixels below which a cell has no room for "ΔE" before its number."""
 
@@ -27,10 +30,13 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
     flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
     room = width / columns
     flow.column().label(text="")
+    letters = int((room - BUTTON_PIXELS) / CHARACTER_PIXELS)
+    lights = told_apart([light.name for light in palette.lights], letters)
+    materials = told_apart([material.name for material in palette.materials], letters)
     for column in shown:
-        _draw_head(flow, palette.lights[column], {"column": column}, column == palette.active_column, room)
+        _draw_head(flow, palette.lights[column], lights[column], {"column": column}, room)
     for row, material in enumerate(palette.materials):
-        _draw_head(flow, material, {"row": row}, row == palette.active_row, room)
+        _draw_head(flow, material, materials[row], {"row": row}, room)
         for column in shown:
             selected = (row, column) == (palette.active_row, palette.active_column)
             _draw_cell(flow, material.cells[column], (row, column), selected, room)
@@ -62,14 +68,15 @@ def icon_scale(room: float) -> float:
     return min(3.4, max(1.9, room / 27))
 
 
-def _draw_head(flow: UILayout, entry: PropertyGroup, place: dict[str, int], selected: bool, room: float) -> None:
+def _draw_head(flow: UILayout, entry: PropertyGroup, name: str, place: dict[str, int], room: float) -> None:
     """Name and curve of a light or material."""
+    palette = palette_of(entry)
     head = flow.column(align=True)
     icon = curve_icon(entry.result) or curve_icon(entry.spectral)
     head.template_icon(icon, scale=icon_scale(room))
-    name = head.row(align=True)
-    name.active = selected
-    operator = name.operator("spectral.palette_select", text=entry.name, emboss=False)
+    row = head.row(align=True)
+    row.active = place in ({"row": palette.active_row}, {"column": palette.active_column})
+    operator = row.operator("spectral.palette_select", text=name, emboss=False)
     for side, index in place.items():
         setattr(operator, side, index)
 

@@ -2,7 +2,7 @@
 """Pieces that several panels share: wrapped text, a spectrum with its curve, swatches under lamps."""
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import bpy
 from bpy.types import ID, Context, PropertyGroup, UILayout
@@ -14,6 +14,7 @@ from .swatches import NO_SWATCH, Swatch, swatches_of
 
 CHARACTER_PIXELS = 6.4
 """Mean width of a letter of Blender's interface font, at scale 1."""
+ICON_PIXELS = 20.0
 
 
 def width_of(context: Context) -> float:
@@ -26,9 +27,28 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
     """A text in as many lines as the panel's width asks for."""
     column = layout.column(align=True)
     column.scale_y = 0.8
-    letters = max(20, int((width_of(context) - indent) / CHARACTER_PIXELS))
+    room = width_of(context) - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
+    letters = max(20, int(room / CHARACTER_PIXELS))
     for number, line in enumerate(textwrap.wrap(text, letters)):
         column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+
+
+def told_apart(names: Sequence[str], letters: int) -> list[str]:
+    """Names in at most ``letters`` letters each: what all have in common at their start is cut before what differs."""
+    letters = max(letters, 3)
+    if all(len(name) <= letters for name in names):
+        return list(names)
+    alike = [len(set(letters_here)) == 1 for letters_here in zip(*names, strict=False)]
+    common = (alike.index(False) if False in alike else len(alike)) if len(names) > 1 else 0
+    return [name if len(name) <= letters else _shortened(name, common, letters) for name in names]
+
+
+def _shortened(name: str, common: int, letters: int) -> str:
+    differing = name[common:].strip()
+    if common and differing and len(differing) < letters:
+        return f"{name[: letters - len(differing) - 1].rstrip()}…{differing}"
+    head = (letters - 1) // 2
+    return f"{name[:head]}…{name[len(name) - (letters - 1 - head) :]}"
 
 
 def draw_source(layout: UILayout, spectral: PropertyGroup) -> None:
@@ -77,7 +97,7 @@ def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> N
     samples = spectral.samples
     origin.label(text=f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm, {len(samples)} values")
     if spectral.origin:
-        origin.label(text=spectral.origin[:60])
+        wrapped(origin, context, spectral.origin.partition(", see ")[0], indent=width_of(context) / 2)
     draw_swatches(layout, swatches_of(spectral))
 
 

@@ -7,6 +7,8 @@ from bpy.types import Context, PropertyGroup, UILayout
 from .parts import wrapped
 
 ENGINE = "SPECTRAL"
+LEFT_OUT = ("off", "none")
+WORDS = {"rgb": "RGB", "uv": "UV", "on": "On", "off": "Off", "none": "None"}
 
 
 class _RenderPanel:
@@ -51,36 +53,43 @@ class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
             hint = layout.column()
             hint.active = False
             wrapped(hint, context, "The renderer simulates only what the scene needs. Press the button to see what.")
-        for line in settings.plan:
-            _draw_decision(layout.box(), context, line)
+        simulated = [line for line in settings.plan if line.value not in LEFT_OUT]
+        omitted = [line for line in settings.plan if line.value in LEFT_OUT]
+        for title, lines in (("Simulated", simulated), ("Left out", omitted)):
+            if lines:
+                box = layout.box()
+                box.label(text=title, icon="RADIOBUT_ON" if lines is simulated else "RADIOBUT_OFF")
+                for line in lines:
+                    _draw_decision(box, context, line)
+
+
+def words(identifier: str) -> str:
+    """An effect or its value as a person writes it."""
+    return WORDS.get(identifier) or identifier.replace("_", " ").capitalize()
 
 
 def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None:
     """One decision: what, why, and the other choices."""
-    head = box.row(align=True)
-    icon = "USER" if line.is_artists else ("RADIOBUT_OFF" if line.value in ("off", "none") else "RADIOBUT_ON")
-    head.label(text=line.name.replace("_", " ").capitalize(), icon=icon)
+    head = box.split(factor=0.5)
+    head.label(text=words(line.name), icon="USER" if line.is_artists else "DOT")
     value = head.row(align=True)
     value.alignment = "RIGHT"
     if line.is_artists:
-        value.label(text=line.value)
+        value.label(text=words(line.value))
         value.operator("spectral.plan_release", text="", icon="X").effect = line.name
     elif line.is_overridable and "|" in line.choices:
         for choice in line.choices.split("|"):
-            override = value.operator("spectral.plan_override", text=choice, depress=choice == line.value)
+            override = value.operator("spectral.plan_override", text=words(choice), depress=choice == line.value)
             override.effect, override.value = line.name, choice
     else:
-        value.label(text=line.value)
+        value.label(text=words(line.value))
         if line.is_overridable and not line.choices:
             override = value.operator("spectral.plan_override", text="", icon="GREASEPENCIL")
             override.effect, override.value = line.name, line.value
     reason = box.column()
     reason.active = False
-    wrapped(reason, context, line.reason, indent=60.0)
-    if line.cost:
-        cost = box.column()
-        cost.active = False
-        wrapped(cost, context, f"Without it: {line.cost}", indent=60.0)
+    text = f"{line.reason}; without it {line.cost}" if line.cost else line.reason
+    wrapped(reason, context, f"{text[:1].upper()}{text[1:]}.", indent=60.0)
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_render_sampling, SPECTRAL_PT_render_plan))

@@ -4,7 +4,7 @@
 import bpy
 from bpy.types import ID, Context, Node, UILayout
 
-from .parts import draw_spectrum, is_editable
+from .parts import draw_spectrum, is_editable, wrapped
 
 
 class _SpectrumPanel:
@@ -30,6 +30,22 @@ class _SpectrumPanel:
         layout = self.layout.column()
         layout.enabled = is_editable(owner.id_data)
         draw_spectrum(layout, context, owner.spectral, self.carrier)
+        if self.carrier == "NODE" and owner.spectral.source == "NONE":
+            _draw_whose(layout, context, owner)
+
+
+def _draw_whose(layout: UILayout, context: Context, node: Node) -> None:
+    """A node without a spectrum shows the one of its material, light or world, where that has one."""
+    shown = [getattr(context, name, None) for name in ("material", "light", "world")]
+    active = context.object.active_material if context.object else None
+    for owner in (*shown, active, context.scene.world):
+        tree = None if owner is None else owner.node_tree
+        if tree == node.id_data and owner.spectral.source != "NONE":
+            hint = layout.column()
+            hint.active = False
+            text = f"The spectrum of {owner.name!r} counts for its main color; one chosen here comes before it."
+            wrapped(hint, context, text, icon="INFO")
+            return
 
 
 class _PropertiesPanel(_SpectrumPanel):

@@ -119,6 +119,10 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         row.operator("spectral.transfer_import", text="", icon="IMPORT")
         row.operator("spectral.transfer_export", text="", icon="EXPORT")
         SPECTRAL_UL_volume_materials.light = light = scene_light(context.scene)
+        heading = layout.row()
+        heading.active = False
+        heading.label(text="Material")
+        heading.label(text="Density per voxel")
         row = layout.row()
         row.template_list("SPECTRAL_UL_volume_materials", "", settings, "materials", settings, "active", rows=3)
         side = row.column(align=True)

@@ -7,6 +7,7 @@ from bpy.props import (
     CollectionProperty,
     FloatProperty,
     IntProperty,
+    PointerProperty,
     StringProperty,
 )
 
@@ -21,6 +22,7 @@ class SpectralBoardBinding(bpy.types.PropertyGroup):
     control: StringProperty(
         name="Control", update=_changed, description="kind:channel:address, such as cc:0:81 or osc:0:/fader/1"
     )
+    block: PointerProperty(type=bpy.types.ID, description="Data-block of the number: it is followed when renamed")
     low: FloatProperty(name="Low", default=0.0, update=_changed, description="The number with the fader down")
     high: FloatProperty(name="High", default=1.0, update=_changed, description="The number with the fader up")
     pick_up: BoolProperty(

@@ -40,7 +40,12 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
     """A bulb of the dial; ``name`` is its light group."""
 
     place: FloatVectorProperty(
-        name="Place", size=2, default=(0.0, 1.0), update=_changed, description="Where the bulb stands on the dial"
+        name="Place",
+        size=2,
+        subtype="XYZ",
+        default=(0.0, 1.0),
+        update=_changed,
+        description="Where the bulb stands on the dial",
     )
     is_on: BoolProperty(name="On", default=True, update=_changed, description="Whether the bulb takes part")
     lamp: StringProperty(
@@ -58,7 +63,12 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     """Selector, bulbs and transport."""
 
     selector: FloatVectorProperty(
-        name="Selector", size=2, default=(0.0, 0.0), update=_changed, description="Where on the dial the light is taken"
+        name="Selector",
+        size=2,
+        subtype="XYZ",
+        default=(0.0, 0.0),
+        update=_changed,
+        description="Where on the dial the light is taken",
     )
     intensity: FloatProperty(
         name="Intensity", default=1.0, min=0.0, soft_max=10.0, update=_changed,

@@ -12,6 +12,8 @@ from spectral_core.scene import Camera, Film
 
 from .context import Translation
 from .frames import rigid
+from .ledger import note_changed
+from .visibility import cycles_settings
 
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
 MILLIMETRE = 1e-3
@@ -30,12 +32,18 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         )
         return Camera(world_from_camera=rigid(matrix), field_of_view_rad=2 * np.arctan(36 / 100))
     lens = camera.data
-    if lens.type == "PANO":
-        translation.note(camera.name, "a panoramic camera is shown as a perspective one")
+    for item in (lens, lens.dof):
+        note_changed(translation, camera.name, item)
+    if lens.type not in ("PERSP", "ORTHO"):
+        kind = {"PANO": "panoramic", "CUSTOM": "custom"}.get(lens.type, lens.type.lower())
+        translation.note(camera.name, f"a {kind} camera is shown as a perspective one")
     orthographic = lens.type == "ORTHO"
+    placed = rigid(matrix)
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        placed[:3, 1] *= -1  # a mirrored camera gives a mirrored picture, as in Cycles
     near = max(lens.clip_start, 1e-6)
     return Camera(
-        world_from_camera=rigid(matrix),
+        world_from_camera=placed,
         kind="orthographic" if orthographic else "perspective",
         field_of_view_rad=float(np.clip(lens.angle, 1e-3, np.pi - 1e-3)),
         orthographic_scale=lens.ortho_scale,
@@ -82,6 +90,7 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         transparent=render.film_transparent,
         filter_width=float(np.clip(render.filter_size, 0.01, 10.0)),
+        exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )
 
 

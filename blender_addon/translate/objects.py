@@ -3,18 +3,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
+from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObject
 
+from .. import compat
 from .context import Translation, overridden
+from .ledger import note_changed, note_nodes
 from .lights import translate_light
 from .materials import Dressed, translate_material
 from .meshes import READS_UV, translate_mesh, uv_layer
+from .visibility import Linking, hidden_from
 from .volumes import translate_volume
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
@@ -38,6 +41,9 @@ class Collected:
     instances: list[Instance] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     volumes: list[VolumeObject] = field(default_factory=list)
+    linking: Linking = field(default_factory=Linking)
+    originals: list[Any] = field(default_factory=list)
+    """Of each instance the object that it comes from."""
     _names: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -63,6 +69,10 @@ def collect(translation: Translation) -> Collected:
             _collect_one(found, thing, instance)
         except InvalidInputError as error:
             translation.note(thing.name, f"{error}; the object was left out")
+    found.instances = [
+        replace(item, unlit_by=found.linking.unlit_by(thing), clear_for=found.linking.clear_for(thing))
+        for item, thing in zip(found.instances, found.originals, strict=True)
+    ]
     _note_hair(found)
     return found
 
@@ -73,10 +83,13 @@ def _collect_one(found: Collected, thing: Any, instance: Any) -> None:
         light = translate_light(translation, found.unique("light", thing.name_full), thing, instance.matrix_world)
         if light is not None:
             found.lights.append(light)
+            found.linking.add(light.name, thing.original)
     elif thing.type == "MESH":
-        _collect_mesh(found, thing, instance)
+        if translation.depsgraph.view_layer_eval.use_solid:
+            _collect_mesh(found, thing, instance)
     elif thing.type == "VOLUME":
-        translate_volume(found, thing, instance)
+        if translation.depsgraph.view_layer_eval.use_volumes:
+            translate_volume(found, thing, instance)
     elif thing.type not in AS_MESH + UNSEEN:
         translation.note(thing.name, LEFT_OUT.get(thing.type, f"objects of type {thing.type.lower()} are not rendered"))
 
@@ -95,17 +108,29 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
     dressed += [dressed[-1]] * (highest + 1 - len(dressed))  # a face past the last slot wears the last, as in Blender
     _note_missing(found, thing, reads)
-    _note_visibility(found.translation, thing)
+    note_changed(found.translation, thing.name, getattr(thing, "cycles", None))
+    layer, original = found.translation.depsgraph.view_layer, thing.original
+    if thing.is_shadow_catcher:
+        found.translation.note(thing.name, "it is a shadow catcher, which is rendered as a plain object")
+    is_holdout = bool(thing.is_holdout or original.holdout_get(view_layer=layer))
+    if is_holdout and not found.translation.scene.render.film_transparent:
+        found.translation.note(thing.name, "it is a holdout: black, and a hole only where the film is transparent")
+    hidden = hidden_from(thing)
+    if original.indirect_only_get(view_layer=layer):
+        hidden |= Rays.CAMERA
+    found.originals.append(original)
     found.instances.append(
         Instance(
             found.unique("instance", thing.name_full),
             mesh.name,
             matrix,
             tuple(item.material.name for item in dressed),
-            thing.original.lightgroup,  # Blender does not tell the evaluated copy of a change
-            tuple(thing.color),
-            int(thing.pass_index),
-            (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF,
+            original.lightgroup,  # Blender does not tell the evaluated copy of a change
+            hidden,
+            is_holdout,
+            color=tuple(thing.color),
+            index=int(thing.pass_index),
+            random=(instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF,
         )
     )
 
@@ -117,6 +142,10 @@ def _materials(thing: Any) -> list[Any]:
 
 def _dress(found: Collected, material: Any) -> Dressed:
     key = None if material is None else material.as_pointer()
+    if key not in found.dressed and material is not None:
+        for item in (material, getattr(material, "cycles", None)):
+            note_changed(found.translation, material.name, item)
+        note_nodes(found.translation, material.name, compat.node_tree(material))
     if key not in found.dressed:
         found.dressed[key] = translate_material(found.translation, material)
     return found.dressed[key]
@@ -141,21 +170,6 @@ def _mesh(found: Collected, thing: Any, reads: frozenset[str]) -> Mesh | None:
         name = found.unique("mesh", thing.data.name_full)
         found.meshes[key] = translate_mesh(name, thing.data, reads, undeformed)
     return found.meshes[key]
-
-
-VISIBILITY = {
-    "visible_camera": "cameras", "visible_diffuse": "diffuse light", "visible_glossy": "reflections",
-    "visible_transmission": "refractions", "visible_shadow": "shadows",
-}  # fmt: skip
-
-
-def _note_visibility(translation: Translation, thing: Any) -> None:
-    hidden = [what for name, what in VISIBILITY.items() if not getattr(thing, name, True)]
-    if hidden:
-        translation.note(thing.name, f"it is seen here by everything, although hidden from {', '.join(hidden)}")
-    for name, what in (("is_holdout", "a holdout"), ("is_shadow_catcher", "a shadow catcher")):
-        if getattr(thing, name, False):
-            translation.note(thing.name, f"it is {what}, which is rendered as a plain object")
 
 
 def _note_hair(found: Collected) -> None:

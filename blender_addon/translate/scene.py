@@ -8,13 +8,20 @@ from typing import Any
 
 import bpy
 
-from spectral_core.scene import Film, Scene
+from spectral_core.scene import Film, LightPaths, Material, Scene
 
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
+from .ledger import note_changed
 from .objects import collect
 from .settings import sampling_of, settings_of
+from .visibility import cycles_settings
 from .world import translate_world
+
+USUAL_CLAMP = 10.0
+"""Blender's own clamp on indirect light, which takes fireflies only."""
+MANY_VOLUME_BOUNCES = 16
+"""Bounces inside media beyond which a limit is hardly seen."""
 
 
 def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = None) -> Scene:
@@ -31,7 +38,15 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
     viewed = translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
     if source.render.use_motion_blur:
         translation.note(source.name, "motion blur is not simulated; each frame stands still")
+    for item in (source.render, getattr(source, "cycles", None)):
+        note_changed(translation, source.name, item)
+    layer = depsgraph.view_layer
+    for item in (layer, getattr(layer, "cycles", None)):
+        note_changed(translation, layer.name, item)
     found = collect(translation)
+    _note_media(translation, found.materials)
+    _note_limits(translation, settings_of(source).light_paths)
+    world = overridden(depsgraph, "world_override") or source.world
     scene = Scene(
         camera=viewed,
         film=film,
@@ -39,8 +54,30 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
         materials=found.materials,
         instances=tuple(found.instances),
         lights=tuple(found.lights),
-        world=translate_world(translation, overridden(depsgraph, "world_override") or source.world),
+        world=translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None),
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
     return replace(scene, notes=translation.notes)
+
+
+def _note_media(translation: Translation, materials: tuple[Material, ...]) -> None:
+    """Cycles' count of bounces inside media is one of its own; here they count with all others."""
+    limit = cycles_settings(translation.scene, "volume_bounces", MANY_VOLUME_BOUNCES)
+    for material in materials:
+        if material.medium is not None and limit < MANY_VOLUME_BOUNCES:
+            translation.note(
+                material.name,
+                f"light scatters in its volume as often as it likes here, although the scene allows {limit} bounces",
+            )
+
+
+def _note_limits(translation: Translation, limits: LightPaths) -> None:
+    """Limits that depend on how light is drawn, so that no two renderers cut off the same."""
+    name = translation.scene.name
+    if limits.clamp_direct > 0 or 0 < limits.clamp_indirect < USUAL_CLAMP:
+        translation.note(name, "samples are clamped, as the scene's light paths ask; what is cut off is lost light")
+    if limits.transparent < 8:
+        translation.note(
+            name, f"light passes at most {limits.transparent} transparent surfaces; what lies behind is dark"
+        )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-from spectral_core.scene import RenderSettings
+from spectral_core.scene import UNLIMITED_PATHS, LightPaths, RenderSettings
 
 from ..properties.render import RENDER_FIELDS
 
@@ -30,7 +30,13 @@ def settings_of(scene: Any) -> RenderSettings:
     settings = scene.spectral.render
     chosen = overrides_of(settings)
     chosen.pop("transport", None)
-    return RenderSettings(**_stated(settings, RenderSettings), overrides=tuple(sorted(chosen.items())))
+    cycles = getattr(scene, "cycles", None)
+    return RenderSettings(
+        **_stated(settings, RenderSettings),
+        overrides=tuple(sorted(chosen.items())),
+        light_paths=UNLIMITED_PATHS if cycles is None else _light_paths(cycles),
+        scene_bounces=None if cycles is None else int(cycles.max_bounces),
+    )
 
 
 def _stated(settings: Any, kind: type) -> dict[str, Any]:
@@ -54,3 +60,17 @@ def overrides_of(settings: Any) -> dict[str, str]:
     if settings.transport != "AUTO":
         chosen["transport"] = settings.transport.lower()
     return chosen
+
+
+def _light_paths(cycles: Any) -> LightPaths:
+    """Cycles' own limits on paths: files are set up with them in mind, whoever renders."""
+    return LightPaths(
+        diffuse=cycles.diffuse_bounces,
+        glossy=cycles.glossy_bounces,
+        transmission=cycles.transmission_bounces,
+        transparent=cycles.transparent_max_bounces,
+        clamp_direct=cycles.sample_clamp_direct,
+        clamp_indirect=cycles.sample_clamp_indirect,
+        reflective_caustics=cycles.caustics_reflective,
+        refractive_caustics=cycles.caustics_refractive,
+    )

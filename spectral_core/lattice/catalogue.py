@@ -64,6 +64,15 @@ def make_lattice(
     return _frozen_lattice(int(dimensions), int(rate), criterion, bool(improper))
 
 
+def sampling_lattice(dimensions: int, rate: int = 2) -> Lattice:
+    """The lattice that points are drawn from where none is named: the largest packing radius that is frozen.
+
+    Above MAX_FROZEN_DIMENSIONS, and for rates other than 2 and 3, that with unit scales: separation is then lower.
+    """
+    frozen = f"{dimensions},{rate}" in _table()
+    return make_lattice(dimensions, rate, criterion="packing" if frozen else "unit")
+
+
 def frozen_scales(dimensions: int, rate: int, criterion: str, *, improper: bool = False) -> FrozenScales:
     """The frozen class and scales of a criterion; InvalidInputError where none are shipped."""
     if criterion not in CRITERIA:

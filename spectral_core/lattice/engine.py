@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.lattice.catalogue import sampling_lattice
+from spectral_core.lattice.construction import Lattice
 from spectral_core.lattice.fill.progressive import ProgressivePoints, progressive_fill
 from spectral_core.lattice.fill.regions import unit_cube
 
@@ -27,6 +29,25 @@ class LatticeEngine(qmc.QMCEngine):
     the lattice, and no sample ever moves. ``rng`` (or ``seed``, as SciPy named it before 1.15) is an integer, a
     Generator or None; ``reset`` returns to the same sequence. Unlike Sobol points these are made for separation, not
     for integration (see docs/lattice.md).
+
+    Parameters
+    ----------
+    d
+        Dimensions, 1 to 16. Above 10 the lattice has unit scales, which separate less.
+    points
+        Size of the first level.
+    rate
+        Factor of the number of points from level to level, 2 or 3.
+    lattice
+        The lattice, such as ``make_lattice(d, criterion="second_moment")``; that of the largest packing radius if None.
+    scramble
+        Whether rotation and offset are drawn from ``rng``. Without, they are the same in every engine.
+    optimization
+        As for every engine of SciPy.
+    rng
+        Integer, Generator or None.
+    seed
+        The name of ``rng`` before SciPy 1.15.
     """
 
     def __init__(
@@ -35,6 +56,8 @@ class LatticeEngine(qmc.QMCEngine):
         *,
         points: int = 1024,
         rate: int = 2,
+        lattice: Lattice | None = None,
+        scramble: bool = True,
         optimization: Any = None,
         rng: Any = None,
         seed: Any = None,
@@ -49,7 +72,10 @@ class LatticeEngine(qmc.QMCEngine):
             given = int(given.randint(2**31 - 1))
         super().__init__(d=d, optimization=optimization, **{_SEED_NAME: np.random.default_rng(given)})
         self._planned = int(points)
-        self._rate = rate
+        if lattice is not None and lattice.dimensions != d:
+            raise InvalidInputError(f"the lattice has {lattice.dimensions} dimensions, the engine {d}")
+        self._lattice = sampling_lattice(d, rate) if lattice is None else lattice
+        self._scramble = bool(scramble)
         self._progressive: ProgressivePoints | None = None
 
     def _random(self, n: int = 1, *, workers: int = 1) -> NDArray[np.float64]:
@@ -58,8 +84,8 @@ class LatticeEngine(qmc.QMCEngine):
         end = self.num_generated + n
         current = self._progressive
         if current is None:
-            drawn = int(self.rng.integers(2**62))
-            current = progressive_fill(self._region, self._planned, rate=self._rate, seed=drawn)
+            drawn = int(self.rng.integers(2**62)) if self._scramble else 0
+            current = progressive_fill(self._region, self._planned, lattice=self._lattice, seed=drawn)
         while len(current) < end:
             current = current.refine()
         self._progressive = current

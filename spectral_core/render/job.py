@@ -12,20 +12,25 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.mitsuba_scene import load_scene
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
+from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.plan.effects import EffectPlan
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.scalar_sums import LIMITS, ScalarSums
+from spectral_core.render.trace.scene_path import ROULETTE_BOUNCES, PathSettings, scene_path
 from spectral_core.render.trace.wavelengths import Bands, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
 from spectral_core.scene import Color, Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
-UNLIMITED_ROULETTE = 5
-"""Bounces after which Russian roulette may end a path."""
+MEDIA_LIMITS = (
+    "where light scatters inside a medium, every object and lamp meets every kind of ray, and bounces of one kind, "
+    "clamping and caustics have no limits of their own"
+)
+"""What our own paths do and Mitsuba's paths through media do not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,15 +65,19 @@ class RenderJob:
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
+        self._loaded_notes: tuple[Note, ...] = ()
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
             self._integrators = self._load_integrators(groups=measure.groups)
+            own_paths = not plan.is_on("media") and not self.scene.volumes
             self._first_hit = FirstHit(
                 self._mitsuba,
                 self._loaded.scene,
-                self._loaded.hidden,
+                () if own_paths else self._loaded.hidden,  # our own paths know what the camera does not see
                 self.scene.film.transparent,
                 self._loaded.camera_medium,
+                self._loaded.background,
+                Tables(self._mitsuba, self._loaded.rules),
             )
             names = list(self._loaded.switches) if measure.groups else [""]
             kind = ScalarSums if backend.is_scalar else Accumulator
@@ -80,22 +89,41 @@ class RenderJob:
         except Exception as error:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
         limits = [LIMITS] if backend.is_scalar and self._first_hit.is_needed else []
-        self._notes = tuple(Note("Renderer", text) for text in (*backend.notes, *limits)) + self._loaded.notes
+        texts = (*backend.notes, *limits)
+        self._notes = tuple(Note("Renderer", text) for text in texts) + self._loaded.notes + self._loaded_notes
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
         """By light group; the same one for all but where volumes have light of their own: the first group has it."""
-        surface = integrator_description(self.plan)
+        surface = self._surface_integrator()
         names = (list(self._loaded.switches) if groups else []) or [""]
         if not self.scene.volumes:
-            return dict.fromkeys(names, self._mitsuba.load_dict(surface))
+            return dict.fromkeys(names, surface)
 
         def load(own_light: bool) -> Any:
             return volume_integrator(
-                self._mitsuba, self.scene, surface, spectral=self.plan.is_spectral, own_light=own_light
+                self._mitsuba,
+                self.scene,
+                surface,
+                max_depth=self.plan.bounces + 2,
+                spectral=self.plan.is_spectral,
+                own_light=own_light,
             )
 
         first, *others = names
         return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
+
+    def _surface_integrator(self) -> Any:
+        """What follows light between surfaces: our own paths, Mitsuba's where it scatters inside media."""
+        plan, limits = self.plan, self.scene.settings.light_paths
+        if plan.is_on("media"):
+            if self._loaded.rules.need_paths or limits.is_tight:
+                self._loaded_notes += (Note("Light paths", MEDIA_LIMITS),)
+            depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
+            description = {"type": "volpath", "max_depth": depth, "rr_depth": min(ROULETTE_BOUNCES, depth)}
+            return self._mitsuba.load_dict(description)
+        white = float(white_light().values.mean()) if plan.is_spectral else 1.0
+        settings = PathSettings(plan.bounces, plan.is_on("transparency"), limits, white)
+        return scene_path(self._mitsuba, settings, self._loaded.rules)
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -143,17 +171,6 @@ class RenderJob:
     def group_band_pictures(self) -> dict[str, NDArray[np.float32]]:
         """Spectral channels so far of each light group."""
         return {name: sums.band_picture() for name, sums in self._sums.items()}
-
-
-def integrator_description(plan: EffectPlan) -> dict[str, Any]:
-    """Mitsuba's integrator for a plan: plain path tracing unless light passes through surfaces or media."""
-    kind = "volpath" if plan.is_on("media") or plan.is_on("transparency") else "path"
-    depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
-    return {
-        "type": kind,
-        "max_depth": depth,
-        "rr_depth": min(UNLIMITED_ROULETTE, depth),
-    }
 
 
 def light_spectra(scene: Scene) -> list[Spectrum]:

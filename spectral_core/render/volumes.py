@@ -21,9 +21,9 @@ LIGHTING = ("even", "scene", "shadows")
 
 
 def volume_integrator(
-    mitsuba: Any, scene: Scene, surface: dict[str, Any], *, spectral: bool, own_light: bool = True
+    mitsuba: Any, scene: Scene, surface: Any, *, max_depth: int, spectral: bool, own_light: bool = True
 ) -> Any:
-    """The integrator for the volumes of ``scene`` before and among surfaces that ``surface`` describes.
+    """The integrator for the volumes of ``scene`` before and among surfaces, whose light ``surface`` follows.
 
     Steps are chosen for the scene's camera. ``own_light`` False leaves out what does not come from the scene's lights,
     so that the shares of light groups add up to the picture.
@@ -40,7 +40,7 @@ def volume_integrator(
         shading=lighting != "even",
         shadows=lighting == "shadows",
         channels=scene.film.transparent,
-        max_depth=int(surface.get("max_depth", 6)),
+        max_depth=max_depth,
     )
     try:
         integrator = mitsuba.load_dict(description)

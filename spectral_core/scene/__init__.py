@@ -3,8 +3,18 @@
 
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
-from spectral_core.scene.lights import AreaLight, Light, PointLight, SpotLight, SunLight, World
+from spectral_core.scene.lights import (
+    AreaLight,
+    Falloff,
+    Light,
+    Photometry,
+    PointLight,
+    SpotLight,
+    SunLight,
+    World,
+)
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
@@ -32,48 +42,10 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
-    "AddSurface",
-    "AreaLight",
-    "Camera",
-    "Color",
-    "Computed",
-    "Diffuse",
-    "Emission",
-    "Film",
-    "Glass",
-    "Glossy",
-    "ImageTexture",
-    "Instance",
-    "Light",
-    "Material",
-    "Mesh",
-    "Metal",
-    "MixSurface",
-    "MixedPaint",
-    "Note",
-    "Paint",
-    "PointLight",
-    "Principled",
-    "Program",
-    "RenderSettings",
-    "Scalar",
-    "ScatteringMedium",
-    "Scene",
-    "SpectralImage",
-    "SpotLight",
-    "SunLight",
-    "Surface",
-    "Toon",
-    "Translucent",
-    "Transparent",
-    "VolumeObject",
-    "Weight",
-    "World",
-    "gray",
-    "leaves",
-    "map_leaves",
-    "programs_of",
-    "scene_hash",
-    "values_of",
-    "weighted_leaves",
+    "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Computed", "Diffuse", "Emission", "Falloff",
+    "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh", "Metal",
+    "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program", "Rays",
+    "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface", "Toon",
+    "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves", "map_leaves", "programs_of",
+    "scene_hash", "values_of", "weighted_leaves",
 ]  # fmt: skip

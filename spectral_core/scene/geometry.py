@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_finite
 from spectral_core.errors import InvalidInputError
+from spectral_core.scene.rays import Rays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,8 +88,10 @@ def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = N
 class Instance:
     """One placement of a mesh. ``world_from_object``: (4, 4). ``materials``: names, one per material slot of the mesh.
 
-    ``group``: the light group that its emission belongs to, "" for none. ``color`` (r, g, b, alpha), ``index`` and
-    ``random`` in [0, 1]: what the Object Info node reads.
+    ``group``: the light group that its emission belongs to, "" for none. ``hidden_from``: kinds of rays that pass it
+    as if it were not there. ``is_holdout``: cuts a hole into what the camera sees. ``unlit_by``: names of lights that
+    do not light it; ``clear_for``: names of lights that it casts no shadow for. ``color`` (r, g, b, alpha), ``index``
+    and ``random`` in [0, 1]: what the Object Info node reads.
     """
 
     name: str
@@ -96,6 +99,10 @@ class Instance:
     world_from_object: NDArray[np.float64]
     materials: tuple[str, ...] = ()
     group: str = ""
+    hidden_from: Rays = Rays.NONE
+    is_holdout: bool = False
+    unlit_by: tuple[str, ...] = ()
+    clear_for: tuple[str, ...] = ()
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     index: int = 0
     random: float = 0.0

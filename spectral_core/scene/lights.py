@@ -14,8 +14,55 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
 from spectral_core.scene.paint import Color, ImageTexture, Paint, gray
+from spectral_core.scene.rays import Rays
+
+LARGEST = 1e30
+"""Largest power or size: what is beyond overflows in the renderer's 32-bit arithmetic."""
+
+
+@dataclass(frozen=True, slots=True)
+class Falloff:
+    """How strength changes with the distance d to the receiver, beside the inverse square: dᵖ · d² / (s + d²).
+
+    ``power``: p, 0 for what is physical, 1 and 2 for Blender's Linear and Constant. ``smooth``: s, softens the center.
+    """
+
+    power: int = 0
+    smooth: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_range("falloff power", self.power, 0, 2)
+        require_range("falloff smooth", self.smooth, 0.0, LARGEST)
+
+
+EVEN = Falloff()
+"""What is physical: the inverse square alone."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Photometry:
+    """Strength by direction, as luminaires are measured (an IES file).
+
+    ``vertical_rad``: (v,) angles from the light's -Z, increasing. ``horizontal_rad``: (h,) angles about it, increasing.
+    ``strength``: (h, v) factors; between the angles they are interpolated, below and beyond the vertical ones 0.
+    """
+
+    vertical_rad: NDArray[np.float64]
+    horizontal_rad: NDArray[np.float64]
+    strength: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name in ("vertical_rad", "horizontal_rad"):
+            angles = frozen_array(name, getattr(self, name), (None,))
+            if len(angles) == 0 or np.any(np.diff(angles) <= 0):
+                raise InvalidInputError(f"{name} of a luminaire must increase and not be empty; got {angles.tolist()}")
+            object.__setattr__(self, name, angles)
+        shape = (len(self.horizontal_rad), len(self.vertical_rad))
+        object.__setattr__(self, "strength", frozen_array("strength of a luminaire", self.strength, shape))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -26,9 +73,30 @@ class _Light:
     group: str = ""
     camera_visible: bool = False
     """Whether the camera sees the light itself; mirrors always do. Blender's lights are not seen by default."""
+    hidden_from: Rays = Rays.NONE
+    """Kinds of rays that the light does not shine along (other than the camera's)."""
+    max_bounces: int = 1024
+    """Bounces after which the light counts no more."""
+    casts_shadow: bool = True
+    falloff: Falloff = EVEN
+    is_planckian: bool = False
+    """Whether ``color`` only stands for a color temperature, which three channels say as well."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
+        require_range(f"light {self.name!r}: max_bounces", self.max_bounces, 0, 1 << 20)
+        for name, low, high in _RANGES:
+            value = getattr(self, name, None)
+            for number in value if isinstance(value, tuple) else () if value is None else (value,):
+                require_range(f"light {self.name!r}: {name}", number, low, high)
+
+
+_RANGES = (
+    ("power_w", 0.0, LARGEST), ("radius", 0.0, LARGEST), ("irradiance", 0.0, LARGEST), ("size", 0.0, LARGEST),
+    ("angle_rad", 0.0, 2 * np.pi), ("cone_angle_rad", 0.0, 2 * np.pi), ("blend", 0.0, 1.0),
+    ("spread_rad", 0.0, 2 * np.pi), ("cone_scale", 1e-9, LARGEST),
+)  # fmt: skip
+"""Every number of a light, with what it may be: NaN and infinity are refused like anything else outside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -41,17 +109,23 @@ class PointLight(_Light):
     power_w: float = 10.0
     radius: float = 0.0
     soft_falloff: bool = True
+    photometry: Photometry | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SpotLight(_Light):
-    """A point light inside a cone: ``cone_angle_rad`` full angle, ``blend`` the soft share of it in [0, 1]."""
+    """A point light inside a cone: ``cone_angle_rad`` full angle, ``blend`` the soft share of it in [0, 1].
+
+    ``cone_scale``: of the light's own axes, which stretches the cone's cross-section to an ellipse.
+    """
 
     power_w: float = 10.0
     radius: float = 0.0
     cone_angle_rad: float = np.pi / 4
     blend: float = 0.15
     soft_falloff: bool = True
+    cone_scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    photometry: Photometry | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -81,15 +155,22 @@ class World:
 
     An ImageTexture is an equirectangular environment, oriented as
     Blender's Environment Texture node does without a mapping (+Z up), then turned by ``world_from_environment`` (4, 4).
+    ``hidden_from``: kinds of rays that it does not shine along. ``camera_view``: what the camera sees in its place,
+    where that differs from what lights the scene (its own ``camera_view`` counts for nothing).
     """
 
     color: Paint = field(default_factory=lambda: Color(np.zeros(3)))
     strength: float = 1.0
     world_from_environment: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     group: str = ""
+    hidden_from: Rays = Rays.NONE
+    max_bounces: int = 1024
+    camera_view: World | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_environment", affine("world", self.world_from_environment))
+        require_range("world: strength", self.strength, 0.0, LARGEST)
+        require_range("world: max_bounces", self.max_bounces, 0, 1 << 20)
 
     @property
     def is_black(self) -> bool:

@@ -14,6 +14,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
+from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths
 from spectral_core.scene.surface import Material
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -32,6 +33,7 @@ class RenderSettings:
 
     ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
     plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.
+    ``light_paths``: limits of the scene's own; ``scene_bounces``: its limit on all bounces, None for none.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -40,6 +42,8 @@ class RenderSettings:
     tolerance_delta_e: float = 1.0
     overrides: tuple[tuple[str, str], ...] = ()
     white: Spectrum | None = None
+    light_paths: LightPaths = UNLIMITED_PATHS
+    scene_bounces: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -160,3 +160,25 @@ def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, 
     page = page_of(active, count, fitting)
     assert (page.start, page.stop) == shown
     assert active in page
+
+
+def test_names_are_told_apart_in_little_room():
+    from blender_addon.panels.parts import told_apart
+
+    lights = [f"Studio Light {number}" for number in range(1, 9)]
+    short = told_apart(lights, 6)
+    assert len(set(short)) == 8
+    assert all(len(name) <= 6 for name in short)
+    assert short[7] == "Stud…8"
+    assert told_apart(["Day", "Night"], 6) == ["Day", "Night"]
+    assert told_apart(["A very long single name"], 9) == ["A ve…name"]
+    assert len(told_apart(["Same name here", "Same name here"], 5)[0]) <= 5
+
+
+def test_a_plot_has_room_for_its_numbers_and_names():
+    plot = Plot(100.0, 50.0, 400.0, 200.0, 0.0, 2.0)
+    inner = plot.within(left=30, bottom=20, right=10, top=25)
+    assert (inner.x, inner.y, inner.width, inner.height) == (130.0, 70.0, 360.0, 155.0)
+    low, high = inner.rules()
+    assert (low[0, 1], high[0, 1]) == (70.0, 225.0)
+    assert (low[0, 0], low[1, 0]) == (130.0, 490.0)

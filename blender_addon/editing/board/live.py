@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,8 @@ RENDER_SECONDS = 0.5
 class Session:
     """A started board. ``links``: MIDI and OSC; ``events``: (seconds, target, position) of every move so far."""
 
-    scene: str
+    scene: int
+    """``session_uid``, which a rename leaves alone."""
     board: Any
     links: list[Any] = field(default_factory=list)
     events: list[tuple[float, str, float]] = field(default_factory=list)
@@ -61,7 +63,8 @@ def read(target: str) -> float:
 def start(scene: Scene) -> tuple[Session, list[str]]:
     """Open what is there and listen; returns what runs, and what could not be opened, in words.
 
-    That nothing is there is no error."""
+    That nothing is there is no error.
+    """
     from spectral_core.explore.board import Board
 
     stop()
@@ -76,7 +79,7 @@ def start(scene: Scene) -> tuple[Session, list[str]]:
                 links.append(opened(settings, board))
             except (SpectralError, OSError) as error:
                 missing.append(str(error))
-    _session = Session(scene.name, board, links)
+    _session = Session(scene.session_uid, board, links)
     rebind(scene)
     if not bpy.app.background:
         bpy.app.timers.register(tick, first_interval=TICK_SECONDS)
@@ -100,9 +103,10 @@ def rebind(scene: Scene) -> None:
     """Give the running board the bindings that the scene stores."""
     from spectral_core.explore.board import Binding, Control
 
-    if _session is None or not isinstance(scene, bpy.types.Scene) or scene.name != _session.scene:
+    if _session is None or not isinstance(scene, bpy.types.Scene) or scene.session_uid != _session.scene:
         return
     settings, board = scene.spectral.board, _session.board
+    follow_names(settings)
     wanted = []
     try:
         for entry in settings.bindings:
@@ -122,11 +126,32 @@ def rebind(scene: Scene) -> None:
         settings.status = str(error)
 
 
+def follow_names(settings: PropertyGroup) -> bool:
+    """Keep bindings and orders at their data-blocks when those are renamed; whether any was."""
+    from .paths import block_at, renamed
+
+    changed = False
+    for entry in settings.bindings:
+        if entry.block is None:
+            with contextlib.suppress(InvalidInputError):  # gone: the row says it
+                entry.block = block_at(entry.name)[0]
+            continue
+        before, now = entry.name, renamed(entry.name, entry.block)
+        if now == before:
+            continue
+        changed, entry.name = True, now
+        with hooks.silenced(Topic.BOARD):
+            for order in settings.orders:
+                order.lower = now if order.lower == before else order.lower
+                order.upper = now if order.upper == before else order.upper
+    return changed
+
+
 def tick() -> float | None:
     """Move what was moved since the last time; Blender calls it as a timer, a script may."""
     if _session is None:
         return None
-    scene = bpy.data.scenes.get(_session.scene)
+    scene = next((each for each in bpy.data.scenes if each.session_uid == _session.scene), None)
     if scene is None:
         stop()
         return None
@@ -136,6 +161,8 @@ def tick() -> float | None:
         if hasattr(link, "pump"):
             link.pump()
             _tell_missing(scene, link.missing)
+    if follow_names(scene.spectral.board):
+        rebind(scene)
     learning = _session.board.learning
     changes = _session.board.poll(range_of)
     if learning is not None and _session.board.learning is None:
@@ -174,6 +201,7 @@ def _store_learned(scene: Scene, target: str) -> None:
             settings.bindings.remove(number)
     entry = settings.bindings.get(target) or settings.bindings.add()
     entry.name, entry.low, entry.high = target, learned.low, learned.high
+    entry.block = None  # found anew by its path
     entry.control = str(learned.control)
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,7 @@ from bpy.types import ID
 
 from spectral_core.errors import InvalidInputError
 
-_FULL = re.compile(r'bpy\.data\.(\w+)\["((?:[^"\\]|\\.)*)"\]\.?(.*)', re.S)
+_FULL = re.compile(r"""bpy\.data\.(\w+)\[(?:"((?:[^"\\]|\\.)*)"|'((?:[^'\\]|\\.)*)')\](.*)""", re.S)
 _INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
 _CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
 WIDEST = 1e5
@@ -63,19 +64,26 @@ class Number:
 
 def number_at(path: str) -> Number:
     """The number of a full data path. Raises InvalidInputError where nothing or no number is there."""
+    block, rest = block_at(path)
+    found = _found(block, rest.removeprefix("."))
+    if found is None:
+        raise InvalidInputError(f"{path!r} is not a number that a fader could move")
+    return found
+
+
+def block_at(path: str) -> tuple[ID, str]:
+    """The data-block at the start of a full data path, and the rest of it. Raises InvalidInputError where none is."""
     full = _FULL.fullmatch(path.strip())
     blocks = getattr(bpy.data, full[1], None) if full else None
     if full is None or blocks is None or not hasattr(blocks, "get"):
         raise InvalidInputError(
             f'{path!r} is no data path; expected one as Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
         )
-    block = blocks.get(_plain(full[2]))
+    name = _plain(full[2] if full[2] is not None else full[3])
+    block = blocks.get(name)
     if block is None:
-        raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {_plain(full[2])!r}")
-    found = _found(block, full[3])
-    if found is None:
-        raise InvalidInputError(f"{path!r} is not a number that a fader could move")
-    return found
+        raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {name!r}")
+    return block, full[4]
 
 
 def _found(block: ID, rest: str) -> Number | None:
@@ -97,5 +105,24 @@ def _plain(quoted: str) -> str:
 
 
 def full_path(block: ID, data_path: str, index: int = -1) -> str:
-    """The text for a property of a data-block."""
-    return f"{block!r}.{data_path}" + (f"[{index}]" if index >= 0 else "")
+    """The text for a property of a data-block, in the quotes of Copy Full Data Path."""
+    return f"{block_path(block)}.{data_path}" + (f"[{index}]" if index >= 0 else "")
+
+
+def block_path(block: ID) -> str:
+    """The text for a data-block by its present name; an embedded node tree is reached through its owner."""
+    text = repr(block)  # Python's own quotes, which differ with the name
+    node = ast.parse(text, mode="eval").body
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Constant):
+        raise InvalidInputError(f"{text} has no data path that a fader could keep")
+    name = str(node.slice.value).replace("\\", "\\\\").replace('"', '\\"')
+    rest = text.encode()[node.end_col_offset :].decode()
+    return f'{text.partition("[")[0]}["{name}"]{rest}'
+
+
+def renamed(path: str, block: ID) -> str:
+    """``path`` with the present name of the data-block that it begins with."""
+    full = _FULL.fullmatch(path.strip())
+    return path if full is None else f"{block_path(block)}{full[4]}"

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.lattice.fill.cap_ellipsoid import cap_ellipsoid
 from spectral_core.lattice.fill.regions import NormBall, Region
 
 Matrix = NDArray[np.float64]
@@ -115,9 +116,9 @@ def _anchored_general(region: Region) -> Anchored:
     if ball is None:
         return Anchored(region, where, scaled_rows / size, metric / size, middle * size, None)
     local = NormBall((ball.center - center) * size, ball.radii * size, ball.p)
-    around_ball = np.diag(1.0 / (local.radii * local.outer_radius()))
-    if np.linalg.slogdet(around_ball)[1] > np.linalg.slogdet(metric / size)[1]:  # the smaller ellipsoid
-        return Anchored(region, where, scaled_rows / size, around_ball, local.center, local)
+    around_cap = cap_ellipsoid(local, scaled_rows / size)
+    if np.linalg.slogdet(around_cap[0])[1] > np.linalg.slogdet(metric / size)[1]:  # the smaller ellipsoid
+        return Anchored(region, where, scaled_rows / size, *around_cap, local)
     return Anchored(region, where, scaled_rows / size, metric / size, middle * size, local)
 
 

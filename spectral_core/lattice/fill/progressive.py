@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.lattice.catalogue import make_lattice
+from spectral_core.lattice.catalogue import sampling_lattice
 from spectral_core.lattice.construction import Lattice
 from spectral_core.lattice.fill.filling import fill_exactly, seeded
 from spectral_core.lattice.fill.frame import MAX_LEVEL, CosetDigits, Frame, random_rotation
@@ -111,7 +111,7 @@ def progressive_fill(
     separation of prefixes is what it bounds. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
     best of ``TURNS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
     """
-    chosen = make_lattice(region.dimensions, rate, criterion="packing") if lattice is None else lattice
+    chosen = sampling_lattice(region.dimensions, rate) if lattice is None else lattice
     if rotation is None and region.box_limits is not None and 1 < len(chosen.generator) <= MAX_TURN_DIMENSIONS:
         frame, coefficients = _filled_at_best_turn(chosen, region, count, seed)
     else:

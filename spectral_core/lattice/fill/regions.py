@@ -118,6 +118,11 @@ class Region:
             raise InvalidInputError(
                 "both regions hold a p-norm ball; a region may hold one, enclose the other by half-spaces"
             )
+        if self.box_limits is not None and other.box_limits is not None:
+            low = np.maximum(self.box_limits[0], other.box_limits[0])
+            high = np.minimum(self.box_limits[1], other.box_limits[1])
+            if (low < high).all():  # else it is empty, which is said when it is filled
+                return box(low, high)
         rows = np.concatenate([self.rows, other.rows])
         bounds = np.concatenate([self.bounds, other.bounds])
         return Region(_frozen(rows), _frozen(bounds), self.norm_ball or other.norm_ball)

@@ -24,8 +24,9 @@ MAX_RELEVANT_DIMENSIONS = 12
 """Relevant vectors are found up to here: 4095 searches; each further dimension doubles them."""
 MAX_VERTEX_DIMENSIONS = 6
 """Vertices and faces are found up to here: at most 5040 vertices; in 7 dimensions there may be 40320."""
-TOLERANCE = 1e-9
-"""Relative tolerance on squared lengths below which two vectors count as equally long."""
+TOLERANCE = 1e-8
+"""The one relative tolerance on lengths: vectors that differ by less are equally long, corners that are nearer are one,
+and a corner that is nearer to a facet lies on it. Frozen scales are polished far below it (see ``polish``)."""
 
 
 def checked_basis(basis: ArrayLike) -> Matrix:
@@ -54,7 +55,7 @@ def relevant_vectors(basis: ArrayLike) -> Matrix:
     classes = np.array([[(i >> j) & 1 for j in range(n)] for i in range(1, 2**n)], dtype=np.int64)
     halves = 0.5 * classes @ reduced.T
     _, least = closest_vectors(reduced, halves)
-    found = vectors_within(reduced, halves, least * (1.0 + 4.0 * TOLERANCE))
+    found = vectors_within(reduced, halves, least * (1.0 + 2.0 * TOLERANCE))
     alone = np.bincount(found.target, minlength=len(classes)) == 2
     keep = alone[found.target]
     vectors: Matrix = (2 * found.coefficients[keep] - classes[found.target[keep]]) @ reduced.T
@@ -76,7 +77,7 @@ class VoronoiCell:
     def facets(self) -> tuple[frozenset[int], ...]:
         """Indices of the vertices on each facet, in the order of ``relevant``."""
         halfway = 0.5 * np.einsum("ij,ij->i", self.relevant, self.relevant)
-        on = np.abs(self.relevant @ self.vertices.T - halfway[:, None]) < 1e-7 * halfway[:, None]
+        on = np.abs(self.relevant @ self.vertices.T - halfway[:, None]) < 2.0 * TOLERANCE * halfway[:, None]
         return tuple(frozenset(np.flatnonzero(row).tolist()) for row in on)
 
     @functools.cached_property
@@ -138,7 +139,7 @@ def _distinct(points: Matrix) -> Matrix:
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
-    pairs = KDTree(points).query_pairs(1e-7 * float(np.abs(points).max()), output_type="ndarray")
+    pairs = KDTree(points).query_pairs(TOLERANCE * float(np.abs(points).max()), output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     _, label = connected_components(links, directed=False)
     _, first = np.unique(label, return_index=True)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,13 @@ from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
+from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.programs import SceneTables
-from spectral_core.scene import Camera, Film, Note, Scene
+from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
+
+UNLIMITED_BOUNCES = 1024
+"""Blender's own largest number: a light that counts for so many bounces counts for all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +28,16 @@ class LoadedScene:
     """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
 
     ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
-    where that was asked for. ``camera_medium``: what the camera stands in, None for empty space.
+    where that was asked for. ``camera_medium``: what the camera stands in, None for empty space. ``rules``: which rays
+    meet what. ``background``: the emitter that the camera sees behind everything, None for black.
     """
 
     scene: Any
     notes: tuple[Note, ...]
     hidden: tuple[Any, ...]
     switches: dict[str, list[Callable[[bool], None]]]
+    rules: RayRules
+    background: Any | None = None
     camera_medium: Any | None = None
 
     def light_only(self, group: str) -> None:
@@ -48,25 +55,58 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
     shapes = Shapes(context, scene, parts)
+    rules, bits = RayRules(), _link_bits(context, scene)
     for number, instance in enumerate(scene.instances):
-        for shape_number, shape in enumerate(shapes.of(instance)):
+        placed = shapes.of(instance)
+        for shape_number, shape in enumerate(placed):
             description[f"shape_{number:06d}_{shape_number:03d}"] = shape
+        hidden_bits = int(instance.hidden_from) | (HOLDOUT if instance.is_holdout else 0)
+        unlit, clear = (sum({bits.get(name, 0) for name in names}) for names in (instance.unlit_by, instance.clear_for))
+        rules.add_shapes(placed, hidden_bits, unlit, clear)
     for number, group in enumerate(shapes.groups):  # a scene must hold what its instances show
         description[f"group_{number:06d}"] = group
     sphere = _bounding_sphere(scene, parts)
     hidden = []
     for number, item in enumerate(scene.lights):
-        for object_number, entry in enumerate(light.light_objects(context, item, sphere)):
-            description[f"light_{number:06d}_{object_number}"] = entry
-            if isinstance(entry, mitsuba.Shape) and not item.camera_visible:
-                hidden.append(entry)
+        for object_number, made in enumerate(light.light_objects(context, item, sphere)):
+            description[f"light_{number:06d}_{object_number}"] = made.entry
+            _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
+            if isinstance(made.entry, mitsuba.Shape) and not item.camera_visible:
+                hidden.append(made.entry)
+                rules.add_shapes([made.entry], int(Rays.CAMERA))
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
+        _light_rules(rules, scene.world, world, 0)
+    background = None if scene.world.hidden_from & Rays.CAMERA else world
+    if scene.world.camera_view is not None:
+        view = replace(scene.world.camera_view, group=scene.world.group)
+        black = replace(view, color=Color(np.full(3, 1e-30)), strength=1.0)
+        background = rules.camera_world = light.world_emitter(context, black if view.is_black else view)
     loaded = context.load(description)
     eye = scene.camera.world_from_camera[:3, 3]
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
-    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), context.switches or {}, around)
+    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), context.switches or {}, rules, background, around)
+
+
+def _link_bits(context: Context, scene: Scene) -> dict[str, int]:
+    """A bit for each light that some object is not lit by, or casts no shadow for."""
+    linked = dict.fromkeys(name for item in scene.instances for name in (*item.unlit_by, *item.clear_for))
+    for name in list(linked)[MOST_LINKED_LIGHTS:]:
+        context.note(name, f"is linked to objects as more than {MOST_LINKED_LIGHTS} lights are; it lights everything")
+    return {name: 1 << number for number, name in enumerate(list(linked)[:MOST_LINKED_LIGHTS])}
+
+
+def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -> None:
+    """Enter what is out of the ordinary about a light."""
+    if item.hidden_from:
+        rules.lights.append((emitter, int(item.hidden_from)))
+    if item.max_bounces < UNLIMITED_BOUNCES:
+        rules.light_bounces.append((emitter, item.max_bounces))
+    if bit:
+        rules.links.append((emitter, bit.bit_length() - 1))
+    if not isinstance(item, World) and not item.casts_shadow:
+        rules.shadowless.append(emitter)
 
 
 def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:

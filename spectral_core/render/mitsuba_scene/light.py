@@ -6,6 +6,7 @@ Lights with an extent are shapes that let rays pass (a ``null`` surface), becaus
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,13 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import geometry, paint
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.plugins.light_points import NarrowPanel
+from spectral_core.render.plugins.shaping import Cone, Luminaire, Shaping
 from spectral_core.scene import (
     AreaLight,
     Color,
     Computed,
+    Falloff,
     ImageTexture,
     Light,
     PointLight,
@@ -30,13 +34,23 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 96
+SMALLEST_AREA = 1e-13
+"""Area of a light below which 32-bit positions cannot hold its corners apart, relative to how far out it stands."""
 SUN_DISTANCE = 2e3
 """Distance of a sun's disk in radii of the scene: its parallax over the scene stays below 0.03 degrees."""
 _ENVIRONMENT_AXES = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Mitsuba's environment has +y up and -z at its left edge; Blender's +z up and -x there."""
 
 
-def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, float]) -> list[Any]:
+@dataclass(frozen=True, slots=True, eq=False)
+class LightObject:
+    """A light in Mitsuba: ``entry``, what the scene holds (a shape or an emitter), and its ``emitter``."""
+
+    entry: Any
+    emitter: Any
+
+
+def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, float]) -> list[LightObject]:
     """Mitsuba objects of a light, none where it sheds no light.
 
     ``scene_sphere``: center (3,) and radius of what it may shine on.
@@ -51,58 +65,57 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
         return []
     if isinstance(light, AreaLight):
         return _area(context, light, color)
+    return [_point(context, light, color)]
+
+
+def _point(context: Context, light: PointLight | SpotLight, color: Color | Spectrum) -> LightObject:
+    """A point or a ball with what shapes its light."""
     intensity = light.power_w / (4 * np.pi)
-    if isinstance(light, SpotLight):
-        return [_spot(context, light, color, intensity)]
-    return [_point(context, light, color, intensity)]
-
-
-def _point(context: Context, light: PointLight, color: Color | Spectrum, intensity: float) -> Any:
-    center = [float(value) for value in light.world_from_light[:3, 3]]
+    center = context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3])
+    shaping = _shaping(light)
     if light.radius <= 0:
-        return context.load(
-            {"type": "point", "position": center, "intensity": _emitted(context, light, color, intensity)}
-        )
-    return _ball(context, light, color, intensity)
-
-
-def _ball(
-    context: Context, light: PointLight | SpotLight, color: Color | Spectrum, intensity: float, **cone: Any
-) -> Any:
-    emitter: dict[str, Any] = {
-        "type": "blender_ball",
-        "center": context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3]),
-        "softening": float(light.radius) if light.soft_falloff else 0.0,
-        "radiance": _emitted(context, light, color, intensity / (np.pi * light.radius**2)),
-        **cone,
-    }
-    return context.load(
+        emitted = _emitted(context, light, color, intensity)
+        emitter = context.load({"type": "blender_point", "center": center, "intensity": emitted})
+        emitter.shaping = shaping
+        return LightObject(emitter, emitter)
+    emitter = context.load(
         {
-            "type": "sphere",
-            "center": [float(value) for value in light.world_from_light[:3, 3]],
-            "radius": float(light.radius),
-            "bsdf": {"type": "null"},
-            "emitter": emitter,
+            "type": "blender_ball",
+            "center": center,
+            "softening": float(light.radius) if light.soft_falloff else 0.0,
+            "radiance": _emitted(context, light, color, intensity / (np.pi * light.radius**2)),
         }
     )
-
-
-def _spot(context: Context, light: SpotLight, color: Color | Spectrum, intensity: float) -> Any:
-    mi = context.mitsuba
-    axis = -light.world_from_light[:3, 2]
-    cone = {
-        "axis": mi.ScalarVector3f(axis / max(float(np.linalg.norm(axis)), 1e-30)),
-        "cosine": float(np.cos(min(light.cone_angle_rad, np.pi) / 2)),
-        "blend": float(light.blend),
+    emitter.shaping = shaping
+    description = {
+        "type": "sphere",
+        "center": [float(value) for value in light.world_from_light[:3, 3]],
+        "radius": float(light.radius),
+        "bsdf": {"type": "null"},
+        "emitter": emitter,
     }
-    if light.radius > 0:
-        return _ball(context, light, color, intensity, **cone)
-    center = mi.ScalarPoint3f(light.world_from_light[:3, 3])
-    emitted = _emitted(context, light, color, intensity)
-    return context.load({"type": "blender_spot", "center": center, "intensity": emitted, **cone})
+    return LightObject(context.load(description), emitter)
 
 
-def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_sphere: tuple[Array, float]) -> list[Any]:
+def _shaping(light: Light) -> Shaping:
+    factors: list[Any] = []
+    if isinstance(light, SpotLight):
+        cosine = float(np.cos(min(light.cone_angle_rad, np.pi) / 2))
+        factors.append(Cone(_beam_axes(light, light.cone_scale), cosine, float(light.blend)))
+    if isinstance(light, (PointLight, SpotLight)) and light.photometry is not None:
+        factors.append(Luminaire(_beam_axes(light), light.photometry))
+    return Shaping(factors, light.falloff.power, light.falloff.smooth)
+
+
+def _beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
+    """Rows that take a world direction to the light's axes over their scale, turned so that the beam is the third."""
+    axes = light.world_from_light[:3, :3].T / np.asarray(scale)[:, None]
+    return np.stack([axes[0], -axes[1], -axes[2]])
+
+
+def _sun(
+    context: Context, light: SunLight, color: Color | Spectrum, scene_sphere: tuple[Array, float]
+) -> list[LightObject]:
     direction = -light.world_from_light[:3, 2]
     length = np.linalg.norm(direction)
     if light.irradiance == 0 or length == 0:
@@ -111,9 +124,10 @@ def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_spher
     half_angle = min(light.angle_rad, np.pi) / 2
     if half_angle < 1e-5:
         irradiance = _emitted(context, light, color, light.irradiance)
-        return [
-            context.load({"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance})
-        ]
+        emitter = context.load(
+            {"type": "directional", "direction": list(map(float, direction)), "irradiance": irradiance}
+        )
+        return [LightObject(emitter, emitter)]
     center, radius = scene_sphere
     half_angle = min(half_angle, np.radians(89.0))
     distance = SUN_DISTANCE * max(radius, 1e-6)
@@ -125,7 +139,7 @@ def _sun(context: Context, light: SunLight, color: Color | Spectrum, scene_spher
     ]
 
 
-def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[Any]:
+def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[LightObject]:
     axes = light.world_from_light[:3, :3].copy()
     axes[:, 1:] *= -1  # turned about x, so that the front looks along -z
     origin, size = light.world_from_light[:3, 3], np.asarray(light.size, dtype=np.float64)
@@ -138,14 +152,22 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[A
         corners = corners[::-1]
     part = geometry.polygon(corners, light.name)
     area = geometry.area_of(part)
-    if not area > 0:
+    if not area > max(SMALLEST_AREA * float(np.abs(corners).max()) ** 2, 1e-30):
         context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
         return []
     radiance = _emitted(context, light, color, light.power_w / (np.pi * area))
-    spread: dict[str, float] = {}
-    if light.spread_rad < np.pi - 1e-6:
-        spread = _spread(max(light.spread_rad, np.radians(1.0)) / 2)
-    return [_emitting_polygon(context, part, radiance, spread)]
+    half_spread = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles narrows no further
+    is_narrow = light.spread_rad < np.pi - 1e-6
+    is_shaped = light.falloff != Falloff()
+    made = _emitting_polygon(context, part, radiance, _spread(half_spread) if is_narrow else {}, is_shaped=is_shaped)
+    if is_shaped:
+        made.emitter.shaping = _shaping(light)
+    if is_narrow:
+        half_axes = axes[:, :2] * size / 2 * np.array([np.sign(np.linalg.det(axes)), 1.0])
+        made.emitter.surface = NarrowPanel(
+            origin, half_axes, float(np.tan(half_spread)), ellipse=light.shape == "ellipse"
+        )
+    return [made]
 
 
 def _spread(half_angle: float) -> dict[str, float]:
@@ -178,11 +200,17 @@ def _emitted(context: Context, light: Light, color: Color | Spectrum, strength: 
 
 
 def _emitting_polygon(
-    context: Context, part: geometry.Part, radiance: Any, spread: dict[str, float] | None = None
-) -> Any:
-    kind = "blender_area" if spread else "area"
+    context: Context,
+    part: geometry.Part,
+    radiance: Any,
+    spread: dict[str, float] | None = None,
+    *,
+    is_shaped: bool = False,
+) -> LightObject:
+    kind = "blender_area" if spread or is_shaped else "area"
     emitter = context.load({"type": kind, "radiance": radiance, **(spread or {})})
-    return geometry.mesh_shape(context, part, {"bsdf": context.load({"type": "null"}), "emitter": emitter})
+    children = {"bsdf": context.load({"type": "null"}), "emitter": emitter}
+    return LightObject(geometry.mesh_shape(context, part, children), emitter)
 
 
 def world_emitter(context: Context, world: World) -> Any | None:

@@ -11,6 +11,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.medium import medium_object
+from spectral_core.render.plugins.light_points import Triangles
 from spectral_core.scene import Diffuse, Instance, Material, Scene
 
 PLAIN = Material("", Diffuse())
@@ -46,7 +47,7 @@ class Shapes:
         for index, part in parts.items():
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
-                shape = geometry.mesh_shape(self.context, placed, self._children(instance, index))
+                shape = geometry.mesh_shape(self.context, placed, self._children(instance, index, placed))
                 self.context.tables.place(shape, instance)
                 shapes.append(shape)
         return shapes
@@ -77,7 +78,7 @@ class Shapes:
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = geometry.mesh_shape(self.context, part, self._children(instance, index))
+                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part))
                 description[f"part_{index:05d}"] = shape
             self._groups[key] = self.context.load(description)
         return self._groups[key]
@@ -88,7 +89,7 @@ class Shapes:
         # Blender shows the last slot where an index has none
         return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
 
-    def _children(self, instance: Instance, index: int) -> dict[str, Any]:
+    def _children(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
         material, context = self._material(instance, index), self.context
         if material.name not in self._bsdfs:
             self._bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
@@ -100,5 +101,8 @@ class Shapes:
         radiance = surface.emission(context, material.surface, material.name)
         if radiance is not None:
             radiance = context.switched(radiance, instance.group)
-            children["emitter"] = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
+            emitter = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
+            if part.normals is not None:
+                emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
+            children["emitter"] = emitter
         return children

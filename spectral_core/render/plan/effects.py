@@ -241,6 +241,14 @@ def _textures(scene: Scene, found: Inventory, tolerance: float) -> Decision:
 
 
 def _bounces(scene: Scene, found: Inventory, tolerance: float) -> Decision:
+    needed, limit = _needed_bounces(scene, found, tolerance), scene.settings.scene_bounces
+    if limit is None or int(needed.value) <= limit:
+        return needed
+    reason = f"the scene's light paths end there; {needed.value} would be followed because {needed.reason}"
+    return Decision("bounces", str(limit), reason, needed.cost_if_left_out)
+
+
+def _needed_bounces(scene: Scene, found: Inventory, tolerance: float) -> Decision:
     if not found.surfaces:
         return Decision("bounces", "0", "there is no surface to bounce from")
     if found.media:

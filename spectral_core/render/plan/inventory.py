@@ -74,7 +74,9 @@ def take_inventory(scene: Scene) -> Inventory:
     worn = {name for instance in scene.instances for name in instance.materials}
     materials = [material for material in scene.materials if material.name in worn]
     which = lambda test: tuple(material.name for material in materials if test(material))  # noqa: E731
-    spectral_lights = tuple(light.name for light in scene.lights if _has_spectrum(light.color))
+    spectral_lights = tuple(
+        light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
+    )
     world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))

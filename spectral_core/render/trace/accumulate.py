@@ -160,11 +160,12 @@ class Accumulator:
         has_volumes = bool(integrator.aov_names())
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
-        passed = passed * extra[0] if has_volumes else passed
+        if has_volumes:
+            passed, behind = passed * extra[0], behind * extra[0]
         finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
-        return radiance - dr.select(seen, passed * behind, 0.0), 1.0 - dr.mean(passed), finite
+        return radiance - dr.select(seen, behind, 0.0), 1.0 - dr.mean(passed), finite
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""

@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
+from spectral_core.scene import Rays
+
 MOST_LAYERS = 64
 """Surfaces that one camera ray may pass; behind as many an environment counts as covered."""
 
@@ -27,6 +30,10 @@ class FirstHit:
     transparent: bool
     medium: Any | None = None
     """What the camera stands in."""
+    background: Any | None = None
+    """The emitter that the camera sees behind everything, None for black."""
+    rules: Tables | None = None
+    """Which shapes the camera does not see, and which are holdouts."""
 
     @property
     def is_needed(self) -> bool:
@@ -59,37 +66,50 @@ class FirstHit:
         return ray
 
     def straight_through(self, ray: Any) -> tuple[Any, Any]:
-        """Share of the environment that is seen straight along ``ray``, per wavelength, and that light itself."""
+        """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light seen there.
+
+        A holdout covers nothing and shows nothing.
+        """
         import drjit as dr
 
         mi = self.mitsuba
         bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
 
-        def body(origin: Any, length: Any, passed: Any, layers: Any, walking: Any) -> Any:
+        def body(origin: Any, length: Any, passed: Any, hole: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
             si = self.scene.ray_intersect(probe, walking)
             met = walking & si.is_valid()
-            clear = si.bsdf().eval_null_transmission(si, met)
-            passed = dr.select(met, passed * clear, passed)
+            unseen, is_hole = self._rules_of(si, met)
+            clear = si.bsdf().eval_null_transmission(si, met & ~unseen)
+            hole = dr.select(is_hole, passed, hole)
+            passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)
             # a walk that is cut off here has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
-            return origin, dr.select(onward, length - si.t, length), passed, layers + 1, onward
+            return origin, dr.select(onward, length - si.t, length), passed, hole, layers + 1, onward
 
-        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Spectrum(1.0), mi.UInt32(0), mi.Bool(True))
-        _, _, passed, _, _ = dr.while_loop(start, lambda _o, _l, _p, _n, walking: walking, body)
-        environment = self.scene.environment()
+        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Spectrum(1.0), mi.Spectrum(0.0), mi.UInt32(0), mi.Bool(True))
+        _, _, passed, hole, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _n, walking: walking, body)
+        environment = self.background
         if environment is None:
-            return passed, mi.Spectrum(0.0)
+            return passed + hole, mi.Spectrum(0.0)
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
-        return passed, environment.eval(miss)
+        return passed + hole, passed * environment.eval(miss)
+
+    def _rules_of(self, si: Any, met: Any) -> tuple[Any, Any]:
+        """Whether the camera passes a hit as if it were not there, and whether it is a holdout."""
+        mi = self.mitsuba
+        if self.rules is None or self.rules.shapes is None:
+            return mi.Bool(False), mi.Bool(False)
+        bits = self.rules.look_up(self.rules.shapes, self.rules.shape_number(si))
+        unseen = met & ((bits & int(Rays.CAMERA)) != 0)
+        return unseen, met & ~unseen & ((bits & HOLDOUT) != 0)
 
     def _table(self) -> Any:
         """Flag per registry number of a shape."""
-
         mi = self.mitsuba
         numbers = [int(self._number(mi.ShapePtr(shape))[0]) for shape in self.hidden]
         flags = np.zeros(max(numbers) + 1, np.uint32)

@@ -19,7 +19,6 @@ from typing import Any
 from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
 from spectral_core.volume.march.path import FieldPath, Path
 from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Seen, Step, quadrature_of
-from spectral_core.volume.march.rules import SHORTEST_STEP
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,11 @@ def march(
     counts : bool
         Also count the steps that showed something, and all iterations.
     shade
-        Turns what each step shows into light; it starts from ``light`` and draws from ``sampler``.
+        Turns what each step shows into light.
+    light
+        What ``shade`` starts from.
+    sampler
+        Where ``shade`` draws random numbers from.
     """
     import drjit as dr
 
@@ -164,7 +167,7 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
     if data.adapts:
         # Light from further on counts less and less: an error there may be larger.
         planned *= step_growth(data.volume.types, transmittance)
-    planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
+    planned = bounded(planned, data.shortest_step, data.grid.longest)
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)
     leap = field.rays.line.skip(place)

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nothing is silent: every setting that Blender offers is read, has no effect on a picture, or is named in a note.
+
+One TOML file per category, a table per Blender type: ``read`` (names whose values reach the scene, or that the
+translation itself names in a note), ``no_effect`` (names that change no picture), and ``noted``: name = what a user
+must know when the setting is not at its default. ``tests/blender/test_ledger.py`` walks Blender's own type
+information: a setting that stands in none of the three, such as a new Blender version's, fails it.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..context import Translation
+
+FOLDER = Path(__file__).parent
+MADE_WITH: dict[str, dict[str, Any]] = {
+    "TexMapping": {"scale": (1.0,) * 3, "max": (1.0,) * 3, "mapping_x": "X", "mapping_y": "Y", "mapping_z": "Z"}
+}
+"""Values that Blender makes a struct with where its type information says something else."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is known about the settings of one Blender type.
+
+    ``noted``: name to message. ``harmless``: values beside the default that need no note. ``stand_in``: a node that is
+    named as a whole. Inputs of nodes are ``input:IDENTIFIER`` with ``_`` for a space; ``*`` stands for all names.
+    """
+
+    read: frozenset[str]
+    no_effect: frozenset[str]
+    noted: dict[str, str]
+    harmless: dict[str, Any]
+    stand_in: bool
+
+    def accounts_for(self, name: str) -> bool:
+        """Whether a setting is read, has no effect, or is noted."""
+        known = self.read | self.no_effect | frozenset(self.noted)
+        return self.stand_in or "*" in known or name.replace(" ", "_") in known
+
+
+@cache
+def entries() -> dict[str, Entry]:
+    """Entry by Blender type, of all categories."""
+    found: dict[str, Entry] = {}
+    for path in sorted(FOLDER.glob("*.toml")):
+        for kind, table in tomllib.loads(path.read_text("utf-8")).items():
+            found[kind] = Entry(
+                read=frozenset(table.get("read", "").split()),
+                no_effect=frozenset(table.get("no_effect", "").split()),
+                noted=table.get("noted", {}),
+                harmless=table.get("harmless", {}),
+                stand_in=table.get("stand_in", False),
+            )
+    return found
+
+
+def note_changed(translation: Translation, subject: str, item: Any) -> None:
+    """Name every noted setting of a Blender item (or struct) that is not at its default; None is no item."""
+    if item is None:
+        return
+    entry = entries().get(item.bl_rna.identifier)
+    for name, message in (entry.noted if entry is not None else {}).items():
+        if name not in item.bl_rna.properties or at_default(item, name):
+            continue
+        if entry is None or entry.harmless.get(name, item) != getattr(item, name):
+            translation.note(subject, message)
+
+
+def at_default(item: Any, name: str) -> bool:
+    """Whether a setting holds what Blender starts with; a struct where everything in it does."""
+    declared = item.bl_rna.properties[name]
+    value = getattr(item, name)
+    if declared.type == "POINTER":
+        if value is None or declared.is_readonly is False:
+            return value is None
+        return all(at_default(value, each.identifier) for each in _settings(value))
+    if declared.type == "COLLECTION":
+        return len(value) == 0
+    if name in MADE_WITH.get(item.bl_rna.identifier, {}):
+        return np.array_equal(np.ravel(value), np.ravel(MADE_WITH[item.bl_rna.identifier][name]))
+    if declared.type == "ENUM":
+        return value == (declared.default_flag if declared.is_enum_flag else declared.default)
+    if getattr(declared, "is_array", False):
+        return bool(np.allclose(np.ravel(value), declared.default_array[: np.size(value)], atol=1e-6))
+    if declared.type == "FLOAT":
+        return bool(np.isclose(value, declared.default, rtol=1e-5, atol=1e-7))
+    return bool(value == declared.default)
+
+
+def _settings(item: Any) -> Iterator[Any]:
+    return (each for each in item.bl_rna.properties if not each.is_readonly and each.type != "POINTER")
+
+
+def note_nodes(translation: Translation, owner: str, tree: Any, seen: set[int] | None = None) -> None:
+    """Name the noted settings and inputs of every node of a tree, groups included, that is not at its default."""
+    seen = set() if seen is None else seen
+    if tree is None or tree.as_pointer() in seen:
+        return
+    seen.add(tree.as_pointer())
+    for node in tree.nodes:
+        if node.mute:
+            continue
+        note_nodes(translation, owner, getattr(node, "node_tree", None), seen)
+        entry = entries().get(node.bl_idname)
+        for name, message in (entry.noted if entry is not None else {}).items():
+            if name.startswith("input:"):
+                changed = any(not _is_still(socket, node) for socket in node.inputs if _name(socket) == name)
+            else:
+                changed = name in node.bl_rna.properties and not at_default(node, name)
+            if changed and any(socket.is_linked for socket in node.outputs):
+                translation.note(owner, f"{node.label or node.bl_label!r}: {message}")
+
+
+def _is_still(socket: Any, node: Any) -> bool:
+    """Whether an input is neither linked nor set to anything but 0, which is where what is noted has no effect."""
+    if socket.is_linked:
+        return False
+    value = getattr(socket, "default_value", 0.0)
+    return not socket.enabled or bool(np.all(np.ravel(value) == 0)) if not isinstance(value, str) else True
+
+
+def _name(socket: Any) -> str:
+    """How an input is entered."""
+    return f"input:{socket.identifier.replace(' ', '_')}"

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which rays meet an object, lamp or world, and which lamps light which objects, as Blender's own settings say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from spectral_core.scene import Rays
+
+FLAGS = {
+    "visible_camera": Rays.CAMERA, "visible_diffuse": Rays.DIFFUSE, "visible_glossy": Rays.GLOSSY,
+    "visible_transmission": Rays.TRANSMISSION, "visible_volume_scatter": Rays.VOLUME, "visible_shadow": Rays.SHADOW,
+}  # fmt: skip
+WORLD_FLAGS = {
+    "camera": Rays.CAMERA, "diffuse": Rays.DIFFUSE, "glossy": Rays.GLOSSY, "transmission": Rays.TRANSMISSION,
+    "scatter": Rays.VOLUME,
+}  # fmt: skip
+
+
+def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
+    """A setting that Cycles keeps on ``owner.cycles``; ``fallback`` where this Blender has no Cycles."""
+    return getattr(getattr(owner, "cycles", None), name, fallback)
+
+
+def hidden_from(thing: Any) -> Rays:
+    """Kinds of rays that an object's ray visibility switches off."""
+    return _bits(thing, FLAGS)
+
+
+def world_hidden_from(world: Any) -> Rays:
+    """Kinds of rays that a world's ray visibility switches off."""
+    return _bits(getattr(world, "cycles_visibility", None), WORLD_FLAGS)
+
+
+def _bits(owner: Any, flags: dict[str, Rays]) -> Rays:
+    bits = Rays.NONE
+    for name, kind in flags.items():
+        if not getattr(owner, name, True):
+            bits |= kind
+    return bits
+
+
+class Linking:
+    """Light and shadow linking of the lamps of a scene: which objects each lights, and which block it."""
+
+    def __init__(self) -> None:
+        self._receivers: dict[str, tuple[set[Any], set[Any]]] = {}
+        self._blockers: dict[str, tuple[set[Any], set[Any]]] = {}
+
+    def add(self, light: str, lamp_object: Any) -> None:
+        """Read the collections that a lamp object is linked to."""
+        linking = getattr(lamp_object, "light_linking", None)
+        for name, table in (("receiver_collection", self._receivers), ("blocker_collection", self._blockers)):
+            collection = getattr(linking, name, None)
+            if collection is not None:
+                table[light] = _members(collection)
+
+    def unlit_by(self, thing: Any) -> tuple[str, ...]:
+        """Names of the lights that do not light an object (an original one)."""
+        return _outside(self._receivers.items(), thing)
+
+    def clear_for(self, thing: Any) -> tuple[str, ...]:
+        """Names of the lights that an object casts no shadow for."""
+        return _outside(self._blockers.items(), thing)
+
+
+def _members(collection: Any) -> tuple[set[Any], set[Any]]:
+    """Session numbers of the objects that a linking collection includes, and of those that it excludes."""
+    included: set[Any] = set()
+    excluded: set[Any] = set()
+    for thing, entry in zip(collection.objects, collection.collection_objects, strict=False):
+        side = excluded if entry.light_linking.link_state == "EXCLUDE" else included
+        side.add(thing.original.session_uid)
+    for child, entry in zip(collection.children, collection.collection_children, strict=False):
+        side = excluded if entry.light_linking.link_state == "EXCLUDE" else included
+        side.update(thing.original.session_uid for thing in child.all_objects)
+    return included, excluded
+
+
+def _outside(linked: Iterable[tuple[str, tuple[set[Any], set[Any]]]], thing: Any) -> tuple[str, ...]:
+    number = thing.original.session_uid
+    return tuple(
+        light for light, (included, excluded) in linked if number in excluded or (included and number not in included)
+    )

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Open a sweep: write its page, serve it, draw figures, derive columns, embed, cluster, rank parameters.
+
+The page is one HTML file beside the table. --serve adds live actions on 127.0.0.1, under a secret address.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from spectral_core.errors import InvalidInputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of ``spectral-scene explore``."""
+    parser.add_argument(
+        "folder", type=Path, metavar="FOLDER", help="a sweep's folder (.cdb), or any Cinema Spec D folder"
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE.html", help="the page (default: explore.html in the folder)")
+    parser.add_argument("--no-thumbnails", action="store_true", help="leave small pictures out of the page")
+    parser.add_argument(
+        "--figure", type=Path, metavar="FILE", help="draw the scatter-plot matrix as .png, .svg or .pdf"
+    )
+    parser.add_argument(
+        "--columns", nargs="+", metavar="NAME", help="variables of the figure, or features of the analysis"
+    )
+    parser.add_argument("--color", default="", metavar="NAME", help="variable that colors the figure")
+    parser.add_argument(
+        "--error-time", type=Path, metavar="FILE", help="draw error against time; --columns names the errors"
+    )
+    parser.add_argument("--by", nargs="+", default=[], metavar="NAME", help="factors that color error against time")
+    parser.add_argument("--time", default="seconds", metavar="NAME", help="column of times (default seconds)")
+    parser.add_argument(
+        "--derive", nargs=2, action="append", default=[], metavar=("NAME", "EXPRESSION"), help="add a column"
+    )
+    parser.add_argument("--reference", metavar="KEY", help="measure every picture against that of this row")
+    parser.add_argument(
+        "--embed", choices=["cosine", "centered", "gaussian", "simplex"], help="add embed_1 and embed_2"
+    )
+    parser.add_argument(
+        "--clusters", type=int, metavar="K", help="add the column cluster from K clusters of the features"
+    )
+    parser.add_argument("--sensitivity", metavar="NAME", help="rank the parameters by their effect on a column")
+    parser.add_argument("--propose", metavar="NAME", help="say which point to render next to make a column small")
+    parser.add_argument(
+        "--region", nargs=2, metavar=("COLUMN", "VALUE"), help="print the region around rows with a label"
+    )
+    parser.add_argument("--serve", action="store_true", help="serve the page with live actions until Ctrl-C")
+    parser.add_argument("--port", type=int, default=0, help="port of --serve; a free one by default")
+    parser.add_argument("--workers", type=int, default=1, help="processes of --serve's renders")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do what was asked, then write or serve the page."""
+    from spectral_core.explore.page.build import table_of_folder, table_of_store, write_page
+    from spectral_core.explore.sweep.store import Store, cdb_folder
+
+    folder = arguments.folder if (arguments.folder / "data.csv").is_file() else cdb_folder(arguments.folder)
+    result: dict[str, Any] = {"folder": str(folder)}
+    if not (folder / "project.json").is_file():
+        if not (folder / "data.csv").is_file():
+            raise InvalidInputError(f"{folder} is no sweep and no Cinema folder (neither project.json nor data.csv)")
+        table = table_of_folder(folder)
+        _figures(arguments, dict(table.columns))
+    else:
+        with Store.open(folder) as store:
+            store.recover()
+            result |= _analyze(arguments, store)
+            table = table_of_store(store)
+            _figures(arguments, dict(table.columns))
+            if arguments.serve:
+                return _serve(arguments, store)
+    target = arguments.out or folder / "explore.html"
+    write_page(target, table, thumbnails=not arguments.no_thumbnails)
+    print(f"{len(table.keys)} points: {target}")
+    result |= {"points": len(table.keys), "page": str(target)}
+    if arguments.json:
+        print(json.dumps(result))
+    return 0
+
+
+def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
+    """Columns and answers that were asked for."""
+    from spectral_core.explore.analysis import steps
+
+    result: dict[str, Any] = {}
+    for name, expression in arguments.derive:
+        store.derive(name, expression)
+    if arguments.reference:
+        from spectral_core.explore.features.compare import compare_rows
+
+        rows = {row.key: row for row in store.ledger.rows("done")}
+        if arguments.reference not in rows or not rows[arguments.reference].files:
+            raise InvalidInputError(f"no row with a picture has the key {arguments.reference!r}")
+        files = rows[arguments.reference].files
+        result["compared"] = compare_rows(store, files.get("FILE_linear") or files["FILE"])
+    if arguments.embed:
+        steps.add_embedding(store, arguments.embed, arguments.columns)
+    if arguments.clusters is not None:
+        steps.add_clusters(store, arguments.clusters, arguments.columns)
+    if arguments.sensitivity:
+        result["sensitivity"] = steps.print_sensitivity(store, arguments.sensitivity)
+    if arguments.propose:
+        result["proposal"] = steps.proposed_point(store, arguments.propose)
+        print(f"next: {json.dumps(result['proposal'])}")
+    if arguments.region:
+        result["region"] = steps.region_of_label(store, *arguments.region)
+        print(json.dumps(result["region"]))
+    store.write_table()
+    return result
+
+
+def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
+    from spectral_core.explore.page.static import draw_error_against_time, draw_matrix
+
+    if arguments.figure:
+        numeric = [name for name in columns if not name.upper().startswith("FILE")]
+        print(
+            f"wrote {draw_matrix(arguments.figure, columns, arguments.columns or numeric[:8], color=arguments.color)}"
+        )
+    if arguments.error_time:
+        errors = arguments.columns or [name for name in ("rmse", "delta_e_mean", "flip") if name in columns]
+        print(
+            f"wrote {draw_error_against_time(arguments.error_time, columns, arguments.time, errors, by=arguments.by)}"
+        )
+
+
+def _serve(arguments: argparse.Namespace, store: Any) -> int:
+    from spectral_core.explore.page.serve import LiveSweep, PageServer
+
+    live = LiveSweep(store, Path.cwd(), workers=arguments.workers)
+    with PageServer(live, arguments.port) as server:
+        print(f"open {server.address}", flush=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            print("stopped")
+    return 0

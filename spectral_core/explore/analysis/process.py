@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Gaussian process over the unit cube, with a length scale per parameter: what a sweep knows between its points.
+
+Kernel: s² exp(-Σ (xᵢ - yᵢ)² / 2lᵢ²) + noise (Rasmussen and Williams 2006, Eqs. 2.25, 2.26, 5.8). The scales are those
+of the largest marginal likelihood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_solve, cholesky
+from scipy.optimize import minimize
+from scipy.stats import norm, qmc
+
+from spectral_core.checks import frozen_array
+from spectral_core.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+MAX_FITTED = 600
+"""Rows that the scales are fitted to; all rows count in the prediction, up to ``MAX_ROWS``."""
+MAX_ROWS = 3000
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianProcess:
+    """A fitted process. ``scales``: length scale per parameter, in units of its range; ``noise``: share of variance."""
+
+    points: Array
+    scales: Array
+    noise: float
+    mean: float
+    spread: float
+    _factor: Array
+    _weights: Array
+
+    @classmethod
+    def fit(cls, points: ArrayLike, values: ArrayLike, *, seed: int = 0) -> GaussianProcess:
+        """The process through values (m,) at points (m, n) of the unit cube; ``seed`` draws the starts of the fit."""
+        x = np.array(frozen_array("points", points, (None, None)))
+        y = np.array(frozen_array("values", values, (len(x),)))
+        if not 3 <= len(x) <= MAX_ROWS:
+            raise InvalidInputError(f"a Gaussian process needs 3 to {MAX_ROWS} rows; got {len(x)}")
+        mean, spread = float(y.mean()), float(y.std()) or 1.0
+        z = (y - mean) / spread
+        rng = np.random.default_rng(seed)
+        part = np.arange(len(x)) if len(x) <= MAX_FITTED else np.sort(rng.choice(len(x), MAX_FITTED, replace=False))
+        n = x.shape[1]
+        bounds = [(np.log(0.03), np.log(20.0))] * n + [(np.log(1e-8), np.log(1.0))]
+        starts = [np.append(np.full(n, np.log(0.4)), np.log(1e-4)), np.append(np.full(n, np.log(1.5)), np.log(1e-6))]
+        best = min(
+            (minimize(_loss, start, args=(x[part], z[part]), jac=True, bounds=bounds, method="L-BFGS-B",
+                      options={"maxiter": 80}) for start in starts),
+            key=lambda found: found.fun,
+        )  # fmt: skip
+        scales, noise = np.exp(best.x[:n]), float(np.exp(best.x[n]))
+        factor = cholesky(_kernel(x, x, scales) + (noise + 1e-10) * np.eye(len(x)), lower=True)
+        return cls(x, scales, noise, mean, spread, factor, cho_solve((factor, True), z))
+
+    def predict(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Mean and standard deviation at points (k, n)."""
+        x = np.asarray(points, np.float64)
+        cross = _kernel(x, self.points, self.scales)
+        solved = np.linalg.solve(self._factor, cross.T)
+        variance = np.maximum(1.0 - np.square(solved).sum(axis=0), 1e-12)
+        return self.mean + self.spread * (cross @ self._weights), self.spread * np.sqrt(variance)
+
+
+def _kernel(x: Array, y: Array, scales: Array) -> Array:
+    a, b = x / scales, y / scales
+    squares = np.square(a).sum(axis=1)[:, None] + np.square(b).sum(axis=1)[None] - 2 * a @ b.T
+    return np.asarray(np.exp(-0.5 * np.maximum(squares, 0.0)))
+
+
+def _loss(logs: Array, x: Array, z: Array) -> tuple[float, Array]:
+    """Negative log likelihood with the variance s² at its optimum, and its gradient."""
+    n, rows = x.shape[1], len(x)
+    scales, noise = np.exp(logs[:n]), np.exp(logs[n])
+    plain = _kernel(x, x, scales)
+    try:
+        factor = cholesky(plain + (noise + 1e-10) * np.eye(rows), lower=True)
+    except np.linalg.LinAlgError:
+        return 1e12, np.zeros(n + 1)
+    weights = cho_solve((factor, True), z)
+    power = float(z @ weights) / rows
+    loss = 0.5 * rows * np.log(power) + float(np.log(np.diag(factor)).sum())
+    inverse = cho_solve((factor, True), np.eye(rows))
+    inner = inverse - np.outer(weights, weights) / power
+    gradient = np.empty(n + 1)
+    for axis in range(n):
+        distance = np.square((x[:, axis, None] - x[None, :, axis]) / scales[axis])
+        gradient[axis] = 0.5 * float(np.sum(inner * plain * distance))
+    gradient[n] = 0.5 * noise * float(np.trace(inner))
+    return float(loss), gradient
+
+
+def propose(points: ArrayLike, values: ArrayLike, *, seed: int = 0, candidates: int = 2048) -> tuple[Array, float]:
+    """The point of the unit cube with the largest expected improvement below the least value, and that improvement.
+
+    Parameters
+    ----------
+    points : (m, n) in the unit cube.
+    values : (m,), to be made small.
+    seed : draws the candidates.
+    candidates : Sobol points tried; the best are then improved locally.
+    """
+    process = GaussianProcess.fit(points, values, seed=seed)
+    n = process.points.shape[1]
+    least = float(np.min(np.asarray(values)))
+    drawn = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(candidates)
+    near = process.points[np.argsort(np.asarray(values))[:5]]
+    rng = np.random.default_rng([seed, 1])
+    drawn = np.concatenate(
+        [drawn, np.clip(np.repeat(near, 60, axis=0) + rng.normal(0, 0.04, (len(near) * 60, n)), 0, 1)]
+    )
+
+    def improvement(x: Array) -> Array:
+        mean, deviation = process.predict(x)
+        reach = (least - mean) / deviation
+        return np.asarray((least - mean) * norm.cdf(reach) + deviation * norm.pdf(reach))
+
+    gains = improvement(drawn)
+    best, gain = drawn[int(gains.argmax())], float(gains.max())
+    for start in drawn[np.argsort(-gains)[:4]]:
+        found = minimize(lambda x: -float(improvement(x[None])[0]), start, bounds=[(0, 1)] * n, method="L-BFGS-B",
+                         options={"maxiter": 40})  # fmt: skip
+        if -found.fun > gain:
+            best, gain = found.x, float(-found.fun)
+    return np.asarray(best), gain

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Analyses of a stored sweep: they read its table and write columns, or say what they found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.explore.analysis.embedding import Variant, cluster, spectral_embedding
+from spectral_core.explore.analysis.process import MAX_ROWS, propose
+from spectral_core.explore.analysis.sensitivity import sobol_indices
+from spectral_core.explore.features.compare import feature_matrix, picture_features
+from spectral_core.explore.features.expression import as_column
+from spectral_core.explore.sweep.region import bounding_region
+from spectral_core.explore.sweep.store import TIMING_COLUMN, Store
+
+PICTURES = "pictures"
+"""The feature name that stands for the pictures themselves."""
+
+
+def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64]:
+    """Features (rows, k) of finished rows: the named columns, by default all results; "pictures" adds the pictures."""
+    columns = store.columns()
+    if not names:
+        skip = {*store.project.space.names, *store.ledger.manual(), "key", TIMING_COLUMN}
+        names = [name for name, values in columns.items() if name not in skip and not name.upper().startswith("FILE")
+                 and as_column(values).dtype.kind == "f"]  # fmt: skip
+    plain = [name for name in names if name != PICTURES]
+    parts = [feature_matrix(columns, plain)] if plain else []
+    if PICTURES in names:
+        parts.append(picture_features(store, [row.files for row in store.ledger.rows("done")]))
+    if not parts:
+        raise InvalidInputError("the sweep has no numeric results; name features with --columns")
+    return np.concatenate(parts, axis=1)
+
+
+def add_embedding(store: Store, variant: Variant, names: Sequence[str] | None = None) -> None:
+    """Add the columns embed_1 and embed_2."""
+    where = spectral_embedding(features_of(store, names), variant)
+    keys = store.columns()["key"]
+    for axis in range(2):
+        store.ledger.set_manual(f"embed_{axis + 1}", dict(zip(keys, where[:, axis].tolist(), strict=True)))
+    print(f"{len(keys)} rows embedded ({variant}): embed_1, embed_2")
+
+
+def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -> None:
+    """Add the column cluster, of texts a, b, c, …"""
+    numbers = cluster(features_of(store, names), count)
+    keys = store.columns()["key"]
+    texts = [f"cluster {number + 1}" for number in numbers]
+    store.ledger.set_manual("cluster", dict(zip(keys, texts, strict=True)))
+    print(f"{len(keys)} rows in {len(set(texts))} clusters")
+
+
+def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
+    """Print Sobol indices of a column by parameter."""
+    points, values = _known(store, name)
+    found = sobol_indices(points, values, store.project.space.names)
+    print(f"{name}: {len(values)} rows, {100 * found[0].explained:.0f} % of the variance predicted on rows left out")
+    for one in found:
+        print(f"  {one.name:24} first {one.first:6.3f} [{one.first_interval[0]:6.3f}, {one.first_interval[1]:6.3f}]   "
+              f"total {one.total:6.3f} [{one.total_interval[0]:6.3f}, {one.total_interval[1]:6.3f}]")  # fmt: skip
+    return [asdict(one) for one in found]
+
+
+def proposed_point(store: Store, name: str) -> dict[str, Any]:
+    """The point that is expected to lower a column most."""
+    points, values = _known(store, name)
+    where, _ = propose(points, values)
+    return store.project.space.values(where)
+
+
+def region_of_label(store: Store, column: str, value: str) -> dict[str, Any]:
+    """The region around rows that carry a label, as a document's table."""
+    table = store.columns()
+    if column not in table:
+        raise UnknownNameError.among("column", column, table)
+    rows = [number for number, text in enumerate(table[column]) if str(text) == value]
+    points = [{name: table[name][row] for name in store.project.space.names} for row in rows]
+    return bounding_region(store.project.space, points, value).to_dict()
+
+
+def _known(store: Store, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points in the unit cube and values of the rows that have one."""
+    table = store.columns()
+    if name not in table:
+        raise UnknownNameError.among("column", name, table)
+    values = as_column(table[name])
+    if values.dtype.kind != "f":
+        raise InvalidInputError(f"the column {name!r} holds texts; a number is needed")
+    space = store.project.space
+    kept = np.flatnonzero(np.isfinite(values))[:MAX_ROWS]
+    points = [space.coordinates({p: table[p][row] for p in space.names}) for row in kept]
+    return np.array(points).reshape(len(kept), len(space.names)), values[kept]

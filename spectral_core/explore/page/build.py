@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One self-contained HTML page of a table: data, thumbnails, style and script inside, nothing from the network."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core import __version__
+from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.explore.features.expression import as_column
+from spectral_core.explore.page.bundle import asset, script
+from spectral_core.explore.sweep.cinema import is_file_column, read_csv
+from spectral_core.explore.sweep.files import inside, write_whole
+from spectral_core.explore.sweep.store import TIMING_COLUMN, Store
+
+THUMBNAIL = 56
+PER_ROW, PER_SHEET = 20, 400
+MOST_THUMBNAILS = 4000
+MOST_ROWS = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class PageTable:
+    """What a page shows. ``columns``: values by name; ``about``: role, unit, group, log by name."""
+
+    title: str
+    table_id: str
+    columns: Mapping[str, Sequence[Any]]
+    keys: Sequence[str]
+    about: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    folder: Path | None = None
+
+
+def table_of_store(store: Store) -> PageTable:
+    """The table of a sweep, with the units, groups and scales of its parameters."""
+    columns = store.columns()
+    about: dict[str, dict[str, Any]] = {}
+    for parameter in store.project.space.parameters:
+        about[parameter.name] = {"role": "parameter", "unit": parameter.unit, "group": parameter.group,
+                                 "log": parameter.scale == "log"}  # fmt: skip
+    for name in store.ledger.manual():
+        about[name] = {"role": "manual", "group": "measured"}
+    for name in store.project.expressions:
+        about[name] = {"role": "value", "group": "derived"}
+    about[TIMING_COLUMN] = {"role": "time", "unit": "s", "group": "time"}
+    keys = columns.pop("key", [])
+    return PageTable(store.folder.stem, store.project.store_id, columns, keys, about, store.folder)
+
+
+def table_of_folder(folder: Path) -> PageTable:
+    """The table of any Cinema folder; its first columns of numbers are taken for parameters by no one."""
+    names, rows = read_csv(folder / "data.csv")
+    columns = {name: [row[name] for row in rows] for name in names if name != "key"}
+    keys = [str(row.get("key") or number) for number, row in enumerate(rows)]
+    if len(set(keys)) < len(keys):
+        keys = [str(number) for number in range(len(rows))]
+    return PageTable(folder.stem, folder.stem, columns, keys, {}, folder)
+
+
+def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) -> str:
+    """The page as text.
+
+    Parameters
+    ----------
+    table : what to show.
+    thumbnails : put small pictures into the page, up to ``MOST_THUMBNAILS``; needs Pillow.
+    live : for ``explore --serve``: the page may ask the server that sent it.
+    """
+    if not 1 <= len(table.keys) <= MOST_ROWS:
+        raise InvalidInputError(f"the table has {len(table.keys)} rows; a page shows 1 to {MOST_ROWS:,}")
+    files = {name: [str(v or "") for v in values] for name, values in table.columns.items() if is_file_column(name)}
+    payload = {
+        "title": table.title,
+        "id": table.table_id,
+        "version": __version__,
+        "keys": list(table.keys),
+        "columns": [
+            _packed(name, values, table.about.get(name, {}))
+            for name, values in table.columns.items()
+            if not is_file_column(name)
+        ],
+        "files": {name: values for name, values in files.items() if not name.endswith("_linear")},
+        "thumbnails": _thumbnails(table, files.get("FILE", [])) if thumbnails else None,
+        "live": live,
+    }
+    # inside of a script element only "<" can end it; U+2028 and U+2029 are line ends to old parsers
+    text = json.dumps(payload, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
+    page = asset("template.html").replace("@CONNECT@", "'self'" if live else "'none'")
+    return page.replace("@STYLE@", asset("style.css")).replace("@SCRIPT@", script()).replace("@PAYLOAD@", text)
+
+
+def write_page(target: Path, table: PageTable, **options: Any) -> Path:
+    """Write the page; full pictures are found where it lies in the table's folder."""
+    write_whole(target, page_html(table, **options))
+    return target
+
+
+def _packed(name: str, values: Sequence[Any], about: Mapping[str, Any]) -> dict[str, Any]:
+    column = as_column(values)
+    entry: dict[str, Any] = {"name": name, "role": "value", "unit": "", "group": "results", "log": False, **about}
+    if column.dtype.kind == "U":
+        return entry | {"kind": "text", "texts": [str(value)[:200] for value in column]}
+    return entry | {"kind": "number", "packed": _encoded(column)}
+
+
+def _encoded(column: NDArray[Any]) -> dict[str, Any]:
+    """32-bit floats where a reader of seven digits sees no difference, else 64-bit."""
+    with np.errstate(over="ignore"):
+        short = column.astype("<f4")
+    known = np.isfinite(column)
+    same = np.allclose(short[known].astype(float), column[known], rtol=1e-6, atol=0.0)
+    low, high = (column[known].min(), column[known].max()) if known.any() else (0.0, 0.0)
+    narrow = high - low < 1e-4 * max(abs(low), abs(high))
+    data = short if same and not narrow else column.astype("<f8")
+    return {"width": data.itemsize, "data": base64.b64encode(data.tobytes()).decode()}
+
+
+def _thumbnails(table: PageTable, files: Sequence[str]) -> dict[str, Any] | None:
+    """Sprite sheets of small pictures, WebP in data addresses; None where there is nothing to show them from."""
+    if table.folder is None or not any(files) or len(files) > MOST_THUMBNAILS:
+        return None
+    from spectral_core.explore.features.png import encode, read_display
+
+    sheets = []
+    for start in range(0, len(files), PER_SHEET):
+        part = files[start : start + PER_SHEET]
+        rows = -(-len(part) // PER_ROW)
+        sheet = np.full((rows * THUMBNAIL, PER_ROW * THUMBNAIL, 3), 128, np.uint8)
+        for number, name in enumerate(part):
+            if not name.lower().endswith((".png", ".jpg", ".jpeg", ".webp")):
+                continue
+            try:
+                small = read_display(inside(table.folder, name), THUMBNAIL)
+            except MissingDependencyError:
+                return None
+            except (OSError, InvalidInputError):
+                continue
+            top, left = (number // PER_ROW) * THUMBNAIL, (number % PER_ROW) * THUMBNAIL
+            down, across = (THUMBNAIL - small.shape[0]) // 2, (THUMBNAIL - small.shape[1]) // 2
+            sheet[top + down : top + down + small.shape[0], left + across : left + across + small.shape[1]] = small
+        sheets.append("data:image/webp;base64," + base64.b64encode(encode(sheet)).decode())
+    return {"sheets": sheets, "size": THUMBNAIL, "perRow": PER_ROW, "perSheet": PER_SHEET}

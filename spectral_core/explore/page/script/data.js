@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The table of the page: columns as typed arrays, decoded from what the page was built with.
+
+/**
+ * @typedef {{name: string, kind: "number"|"text", role: "parameter"|"value"|"manual"|"file"|"time", unit: string,
+ *   group: string, log: boolean, values: Float64Array|null, texts: string[]|null, low: number, high: number,
+ *   order: string[]}} Column
+ * A column. `values` holds numbers, or for texts the position in `order`; NaN where there is none.
+ * @typedef {{title: string, id: string, keys: string[], columns: Column[], byName: Map<string, Column>, count: number,
+ *   files: Map<string, string[]>, thumbnails: {sheets: string[], size: number, perRow: number, perSheet: number}|null,
+ *   live: boolean, version: string}} Table
+ */
+
+/** Decode base64 to bytes. @param {string} text @returns {Uint8Array} */
+export function bytesOf(text) {
+  const raw = atob(text);
+  const bytes = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+  return bytes;
+}
+
+/** Numbers of a packed column: float32 or float64, little endian. @param {any} packed @returns {Float64Array} */
+function unpack(packed) {
+  const bytes = bytesOf(packed.data);
+  const count = bytes.length / packed.width;
+  const view = new DataView(bytes.buffer);
+  const out = new Float64Array(count);
+  for (let i = 0; i < count; i++) {
+    out[i] = packed.width === 4 ? view.getFloat32(4 * i, true) : view.getFloat64(8 * i, true);
+  }
+  return out;
+}
+
+/** Lowest and highest finite number; 0 and 1 where there is none. @param {Float64Array} values */
+export function extent(values) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high && value !== Infinity) high = value;
+  }
+  if (!(low <= high)) return [0, 1];
+  return low === high ? [low - 0.5, high + 0.5] : [low, high];
+}
+
+/** Column of texts: positions in their sorted order. @param {string[]} texts */
+export function textColumn(texts) {
+  const order = [...new Set(texts.filter((text) => text !== ""))].sort();
+  const place = new Map(order.map((text, i) => [text, i]));
+  const values = Float64Array.from(texts, (text) => place.get(text) ?? NaN);
+  return { values, order };
+}
+
+/** A column from its entry in the payload. @param {any} entry @returns {Column} */
+export function columnOf(entry) {
+  if (entry.kind === "text") {
+    const { values, order } = textColumn(entry.texts);
+    return { ...entry, values, order, low: -0.5, high: Math.max(order.length, 1) - 0.5, log: false };
+  }
+  const values = unpack(entry.packed);
+  const [low, high] = extent(values);
+  const log = Boolean(entry.log) && low > 0;
+  return { ...entry, values, texts: null, order: [], low, high, log };
+}
+
+/** The table of a payload. @param {any} payload @returns {Table} */
+export function tableOf(payload) {
+  const columns = payload.columns.map(columnOf);
+  return {
+    title: payload.title,
+    id: payload.id,
+    keys: payload.keys,
+    columns,
+    byName: new Map(columns.map((/** @type {Column} */ column) => [column.name, column])),
+    count: payload.keys.length,
+    files: new Map(Object.entries(payload.files)),
+    thumbnails: payload.thumbnails,
+    live: payload.live,
+    version: payload.version,
+  };
+}
+
+/** A value as a reader wants it. @param {Column} column @param {number} row */
+export function shown(column, row) {
+  const value = column.values ? column.values[row] : NaN;
+  if (column.kind === "text") return Number.isNaN(value) ? "" : column.order[value];
+  return format(value);
+}
+
+/** Four significant digits. @param {number} value */
+export function format(value) {
+  if (!Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) return value.toExponential(2);
+  return String(Number(value.toPrecision(4)));
+}

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page: reads the table, builds the views, links them, hears keys and buttons.
+
+import { columnOf, shown, tableOf, textColumn } from "./data.js";
+import { css, distinct, mapped } from "./colors.js";
+import { List } from "./list.js";
+import { ask } from "./live.js";
+import { Matrix } from "./matrix.js";
+import { Parallel } from "./parallel.js";
+import { Compare, fillCard, note, thumbnail } from "./pictures.js";
+import { combine, regionAround, rowsOf, size } from "./selection.js";
+import { MOST_SHOWN, freshState, fromPlain, recall, remember, toPlain } from "./state.js";
+
+const started = performance.now();
+
+/** @param {string} id */
+function element(id) {
+  return /** @type {HTMLElement} */ (document.getElementById(id));
+}
+
+/** @param {string} id */
+function input(id) {
+  return /** @type {HTMLInputElement} */ (document.getElementById(id));
+}
+
+class Explorer {
+  constructor() {
+    const payload = JSON.parse(element("payload").textContent ?? "{}");
+    this.table = tableOf(payload);
+    this.state = freshState(this.table);
+    recall(this.state, this.table);
+    for (const [name, byKey] of Object.entries(this.state.labels)) this.setLabels(name, byKey);
+    recall(this.state, this.table); // what names a column of labels is understood now
+    /** @type {Record<string, number>} */
+    this.timing = {};
+    const on = {
+      select: (/** @type {Uint8Array} */ mask) => this.select(mask),
+      hover: (/** @type {number} */ row, /** @type {number} */ x, /** @type {number} */ y) => this.hover(row, x, y),
+      pick: (/** @type {number} */ row) => this.pick(row),
+      positions: (/** @type {string} */ name) => this.matrix.positions(name),
+      sorted: () => this.changed(),
+    };
+    this.matrix = new Matrix(element("matrix"), this.table, this.state, on);
+    this.parallel = new Parallel(element("parallel"), this.table, this.state, on);
+    this.list = new List(element("table"), this.table, this.state, on);
+    this.compare = new Compare(element("compare"), this.table, this.state);
+    document.title = this.table.title;
+    element("title").textContent = this.table.title;
+    this.controls();
+    this.keys();
+    this.variables();
+    this.changed();
+    window.addEventListener("resize", () => this.paint());
+    this.timing.first_paint_ms = performance.now() - started;
+    requestAnimationFrame(() => {
+      this.timing.shown_ms = performance.now();
+    });
+  }
+
+  /** Join a fresh selection to the old one and repaint everything that is linked. @param {Uint8Array} mask */
+  select(mask) {
+    const start = performance.now();
+    const joined = combine(this.state.selection, mask, this.state.operation);
+    this.state.selection.set(joined);
+    this.state.selected = size(joined) > 0;
+    this.changed();
+    this.timing.select_ms = performance.now() - start;
+  }
+
+  /** Repaint and remember. */
+  changed() {
+    this.paint();
+    this.details();
+    remember(this.state, this.table);
+  }
+
+  paint() {
+    const { view, theme } = this.state;
+    document.documentElement.dataset.theme = theme;
+    for (const name of ["matrix", "parallel", "table"]) {
+      element(name).hidden = name !== view;
+      element(`view-${name}`).setAttribute("aria-pressed", String(name === view));
+    }
+    for (const name of ["box", "lasso"]) element(`tool-${name}`).setAttribute("aria-pressed", String(name === this.state.tool));
+    for (const name of ["replace", "union", "intersection", "difference"]) {
+      element(`op-${name}`).setAttribute("aria-pressed", String(name === this.state.operation));
+    }
+    if (view === "matrix") this.matrix.draw();
+    else if (view === "parallel") this.parallel.draw();
+    else this.list.draw();
+    this.legend();
+  }
+
+  details() {
+    const { table, state } = this;
+    const count = size(state.selection);
+    element("count").textContent = state.selected ? `${count} of ${table.count} selected` : `${table.count} points`;
+    const rows = rowsOf(state.selection, 60);
+    const strip = rows.map((row) => {
+      const image = thumbnail(table, row);
+      if (!image) return null;
+      image.title = `row ${row + 1}`;
+      image.tabIndex = 0;
+      image.addEventListener("click", () => this.pick(row));
+      return image;
+    });
+    element("strip").replaceChildren(.../** @type {HTMLElement[]} */ (strip.filter((one) => one !== null)));
+    this.compare.draw();
+  }
+
+  /** @param {number} row @param {number} x @param {number} y */
+  hover(row, x, y) {
+    const card = element("card");
+    card.hidden = row < 0;
+    this.state.hover = row;
+    if (row < 0) return;
+    fillCard(card, this.table, row, this.state.columns);
+    const box = card.getBoundingClientRect();
+    card.style.left = `${Math.max(4, Math.min(x + 14, window.innerWidth - box.width - 8))}px`;
+    card.style.top = `${Math.max(4, Math.min(y + 14, window.innerHeight - box.height - 8))}px`;
+  }
+
+  /** Show a row's picture, beside the one picked before. @param {number} row */
+  pick(row) {
+    const rest = this.state.compare.filter((one) => one !== row);
+    this.state.compare = [...rest, row].slice(-2);
+    this.details();
+    remember(this.state, this.table);
+  }
+
+  /** A legend of the color. */
+  legend() {
+    const host = element("legend");
+    const column = this.table.byName.get(this.state.color);
+    if (!column) {
+      host.replaceChildren();
+      return;
+    }
+    if (column.kind === "text") {
+      host.replaceChildren(...column.order.slice(0, 10).map((text, k) => {
+        const item = document.createElement("span");
+        item.className = "item";
+        item.style.setProperty("--color", css(distinct(k)));
+        item.textContent = text;
+        return item;
+      }));
+      return;
+    }
+    const bar = document.createElement("span");
+    bar.className = "bar";
+    bar.style.background = `linear-gradient(to right, ${[0, 0.25, 0.5, 0.75, 1].map((at) => css(mapped(at))).join(",")})`;
+    const ends = [column.low, column.high].map((value) => {
+      const text = document.createElement("span");
+      text.textContent = shown({ ...column, values: Float64Array.of(value) }, 0);
+      return text;
+    });
+    host.replaceChildren(ends[0], bar, ends[1]);
+  }
+
+  /** Checkboxes of the variables by dimension group, and the choice of the color. */
+  variables() {
+    const groups = new Map();
+    for (const column of this.table.columns) {
+      if (!column.values) continue;
+      if (!groups.has(column.group)) groups.set(column.group, []);
+      groups.get(column.group).push(column);
+    }
+    const blocks = [...groups].map(([group, columns]) => {
+      const block = document.createElement("fieldset");
+      const head = document.createElement("legend");
+      const whole = document.createElement("button");
+      whole.textContent = group;
+      whole.title = "Show this group alone";
+      whole.addEventListener("click", () => {
+        this.state.columns = columns.map((/** @type {any} */ c) => c.name).slice(0, 2 * MOST_SHOWN);
+        this.variables();
+        this.changed();
+      });
+      head.append(whole);
+      block.append(head);
+      for (const column of columns) block.append(this.checkbox(column));
+      return block;
+    });
+    element("variables").replaceChildren(...blocks);
+    const choice = /** @type {HTMLSelectElement} */ (document.getElementById("color"));
+    const options = [["", "one color"], ...this.table.columns.filter((c) => c.values).map((c) => [c.name, c.name])];
+    choice.replaceChildren(...options.map(([value, text]) => new Option(text, value, false, value === this.state.color)));
+  }
+
+  /** @param {import("./data.js").Column} column */
+  checkbox(column) {
+    const label = document.createElement("label");
+    const box = document.createElement("input");
+    box.type = "checkbox";
+    box.checked = this.state.columns.includes(column.name);
+    box.addEventListener("change", () => {
+      const names = this.table.columns.map((c) => c.name);
+      const chosen = new Set(this.state.columns);
+      if (box.checked) chosen.add(column.name);
+      else if (chosen.size > 1) chosen.delete(column.name);
+      this.state.columns = names.filter((name) => chosen.has(name));
+      this.changed();
+    });
+    label.append(box, ` ${column.name}`);
+    label.title = column.unit ? `${column.name} in ${column.unit}` : column.name;
+    return label;
+  }
+
+  /** Make or renew a text column of labels. @param {string} name @param {Record<string, string>} byKey */
+  setLabels(name, byKey) {
+    const texts = this.table.keys.map((key) => byKey[key] ?? "");
+    const made = columnOf({ name, kind: "text", role: "manual", unit: "", group: "labels", texts });
+    const old = this.table.byName.get(name);
+    if (old) Object.assign(old, made, textColumn(texts));
+    else {
+      this.table.columns.push(made);
+      this.table.byName.set(name, made);
+    }
+    this.matrix?.forget(name);
+  }
+
+  /** Label the selected rows. @param {string} text @param {string} [name] */
+  label(text, name = "label") {
+    const old = this.table.byName.get(name);
+    if (old && old.role !== "manual") throw new Error(`${name} is not a column of labels`);
+    const keys = rowsOf(this.state.selection).map((row) => this.table.keys[row]);
+    const byKey = { ...this.state.labels[name] };
+    for (const key of keys) {
+      if (text) byKey[key] = text;
+      else delete byKey[key];
+    }
+    this.state.labels[name] = byKey;
+    this.setLabels(name, byKey);
+    this.state.color = name;
+    this.variables();
+    this.changed();
+    if (this.table.live) this.serve("label", { name, values: Object.fromEntries(keys.map((key) => [key, text || null])) });
+    return keys.length;
+  }
+
+  /** The whole table with labels as CSV; a text that could be a formula gets an apostrophe. */
+  csv() {
+    const columns = this.table.columns.filter((column) => column.values);
+    const quoted = (/** @type {string} */ text) => {
+      const harmless = /^[=+\-@\t\r\n]/.test(text) ? `'${text}` : text;
+      return /[",\n\r]/.test(harmless) ? `"${harmless.replaceAll('"', '""')}"` : harmless;
+    };
+    const cell = (/** @type {any} */ column, /** @type {number} */ row) =>
+      column.kind === "text" ? quoted(shown(column, row)) : Number.isNaN(column.values[row]) ? "NaN" : String(column.values[row]);
+    const lines = [["key", ...columns.map((c) => c.name), "selected"].join(",")];
+    for (let row = 0; row < this.table.count; row++) {
+      lines.push([this.table.keys[row], ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
+    }
+    return `${lines.join("\n")}\n`;
+  }
+
+  /** The selection as a region of interest. */
+  region() {
+    const name = input("label-text").value.trim() || "region";
+    return regionAround(this.table, rowsOf(this.state.selection), name);
+  }
+
+  /** Ask the server and say what came of it. @param {string} action @param {any} content */
+  async serve(action, content) {
+    const status = element("status");
+    status.textContent = `${action} …`;
+    try {
+      const said = await ask(action, content);
+      status.textContent = said.message ?? "done";
+      if (said.reload) location.reload();
+    } catch (error) {
+      status.textContent = String(error instanceof Error ? error.message : error);
+    }
+  }
+
+  controls() {
+    const click = (/** @type {string} */ id, /** @type {() => void} */ work) => element(id).addEventListener("click", work);
+    const { state } = this;
+    for (const view of ["matrix", "parallel", "table"]) click(`view-${view}`, () => { state.view = view; this.changed(); });
+    for (const tool of ["box", "lasso"]) click(`tool-${tool}`, () => { state.tool = tool; this.changed(); });
+    for (const operation of ["replace", "union", "intersection", "difference"]) {
+      click(`op-${operation}`, () => { state.operation = /** @type {any} */ (operation); this.changed(); });
+    }
+    click("clear", () => this.clear());
+    click("invert", () => this.invert());
+    click("theme", () => {
+      const dark = getComputedStyle(document.documentElement).getPropertyValue("color-scheme").includes("dark");
+      state.theme = dark ? "light" : "dark";
+      this.changed();
+    });
+    click("menu", () => element("side").classList.toggle("open"));
+    click("label", () => element("status").textContent = `${this.label(input("label-text").value.trim())} rows labeled`);
+    click("export-csv", () => download("table.csv", this.csv(), "text/csv"));
+    click("export-region", () => download("region.json", JSON.stringify(this.region(), null, 1), "application/json"));
+    click("export-state", () => download("state.json", JSON.stringify(toPlain(state, this.table), null, 1), "application/json"));
+    input("open-state").addEventListener("change", async () => {
+      const file = input("open-state").files?.[0];
+      if (!file) return;
+      try {
+        const plain = JSON.parse(await file.text());
+        fromPlain(state, plain, this.table);
+        for (const [name, byKey] of Object.entries(state.labels)) this.setLabels(name, byKey);
+        fromPlain(state, plain, this.table);
+        this.variables();
+        this.changed();
+      } catch (error) {
+        element("status").textContent = `this file holds no state: ${error}`;
+      }
+    });
+    element("color").addEventListener("change", (event) => {
+      state.color = /** @type {HTMLSelectElement} */ (event.target).value;
+      this.changed();
+    });
+    element("live").hidden = !this.table.live;
+    if (!this.table.live) return;
+    click("live-sample", () => this.serve("sample", { region: this.region(), budget: Number(input("live-budget").value) }));
+    click("live-refine", () => this.serve("refine", {}));
+    click("live-render", () => this.serve("render", {}));
+    click("live-derive", () => this.serve("derive", { name: input("live-name").value, expression: input("live-expression").value }));
+    click("live-apply", () => this.serve("apply", { key: this.table.keys[state.compare.at(-1) ?? 0] }));
+  }
+
+  clear() {
+    this.state.selection.fill(0);
+    this.state.selected = false;
+    this.changed();
+  }
+
+  invert() {
+    this.state.selection.forEach((bit, i) => (this.state.selection[i] = 1 - bit));
+    this.state.selected = size(this.state.selection) > 0;
+    this.changed();
+  }
+
+  /** Keys: v views, b and l tools, 1 to 4 operations, a all, i invert, Escape clear, arrows walk, Enter picks. */
+  keys() {
+    const views = ["matrix", "parallel", "table"];
+    const operations = ["replace", "union", "intersection", "difference"];
+    document.addEventListener("keydown", (event) => {
+      if (/^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {HTMLElement} */ (event.target).tagName) || event.ctrlKey || event.metaKey) return;
+      const { state } = this;
+      const operation = operations["1234".indexOf(event.key)];
+      if (event.key === "Escape") this.clear();
+      else if (event.key === "i") this.invert();
+      else if (event.key === "a") { state.selection.fill(1); state.selected = true; this.changed(); }
+      else if (event.key === "v") { state.view = views[(views.indexOf(state.view) + 1) % 3]; this.changed(); }
+      else if (event.key === "b" || event.key === "l") { state.tool = event.key === "b" ? "box" : "lasso"; this.changed(); }
+      else if (operation) { state.operation = /** @type {any} */ (operation); this.changed(); }
+      else if (event.key === "ArrowRight" || event.key === "ArrowLeft") this.walk(event.key === "ArrowRight" ? 1 : -1);
+      else if (event.key === "Enter" && state.hover >= 0 && document.activeElement === this.matrix.canvas) this.pick(state.hover);
+      else return;
+      event.preventDefault();
+    });
+  }
+
+  /** Go to the next row, among the selected ones where some are. @param {number} step */
+  walk(step) {
+    const rows = this.state.selected ? rowsOf(this.state.selection) : [...Array(this.table.count).keys()];
+    if (!rows.length) return;
+    const at = rows.indexOf(this.state.hover);
+    const next = rows[(at + step + rows.length) % rows.length];
+    this.hover(next, window.innerWidth / 2, 80);
+    this.pick(next);
+  }
+}
+
+/** Offer a text as a file. @param {string} name @param {string} text @param {string} kind */
+function download(name, text, kind) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: kind }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+try {
+  /** @type {any} */ (window).explorer = new Explorer();
+} catch (error) {
+  element("status").replaceChildren(note(`The page cannot be shown: ${error}`));
+  throw error;
+}

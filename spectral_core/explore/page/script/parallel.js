@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Parallel axes: one vertical axis per variable, one line per row; a drag along an axis selects a range.
+
+import { css, distinct, mapped } from "./colors.js";
+import { ticks } from "./scales.js";
+import { inInterval } from "./selection.js";
+
+const BINS = 56;
+const MOST_LINES = 4000;
+
+/** Draws the axes and hears the pointer. */
+export class Parallel {
+  /**
+   * @param {HTMLElement} host @param {import("./data.js").Table} table @param {import("./state.js").State} state
+   * @param {{select: (mask: Uint8Array) => void, positions: (name: string) => Float32Array}} on
+   */
+  constructor(host, table, state, on) {
+    this.host = host;
+    this.table = table;
+    this.state = state;
+    this.on = on;
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", "Parallel axes. Drag along an axis to select a range.");
+    host.append(this.canvas);
+    this.width = 0;
+    this.height = 0;
+    /** @type {{axis: number, from: number, to: number}|null} */
+    this.drag = null;
+    this.listen();
+  }
+
+  /** Place of an axis. @param {number} k */
+  axisX(k) {
+    const count = this.state.columns.length;
+    return 50 + (count > 1 ? (k * (this.width - 100)) / (count - 1) : 0);
+  }
+
+  /** Height of a position on the axes. @param {number} at */
+  axisY(at) {
+    return 30 + (1 - at) * (this.height - 60);
+  }
+
+  /** Paint everything. */
+  draw() {
+    const room = this.host.getBoundingClientRect();
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.width = Math.max(room.width - 4, 100 * Math.min(this.state.columns.length, 3));
+    this.height = Math.max(room.height - 4, 260);
+    this.canvas.width = this.width * ratio;
+    this.canvas.height = this.height * ratio;
+    this.canvas.style.width = `${this.width}px`;
+    this.canvas.style.height = `${this.height}px`;
+    const context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const style = getComputedStyle(document.documentElement);
+    const ink = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
+    const mask = this.state.selected ? this.state.selection : null;
+    const at = this.state.columns.map((name) => this.on.positions(name));
+    if (this.table.count > MOST_LINES) this.binned(context, at, mask, ink);
+    else this.lines(context, at, mask, ink);
+    this.axes(context, ink);
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {Float32Array[]} at @param {Uint8Array|null} mask @param {(n: string) => string} ink */
+  lines(context, at, mask, ink) {
+    const column = this.table.byName.get(this.state.color);
+    const color = column ? this.on.positions(column.name) : null;
+    context.lineWidth = 1;
+    for (const chosen of mask ? [0, 1] : [1]) {
+      context.globalAlpha = Math.max(0.12, Math.min(0.8, (mask ? 150 : 300) / this.table.count)) * (chosen ? 1 : 0.5);
+      for (let i = 0; i < this.table.count; i++) {
+        if (mask && mask[i] !== chosen) continue;
+        if (!chosen) context.strokeStyle = ink("--faint");
+        else if (!color || !column || Number.isNaN(color[i])) context.strokeStyle = ink("--accent");
+        else context.strokeStyle = css(column.kind === "text" ? distinct(/** @type {any} */ (column.values)[i]) : mapped(color[i]));
+        context.beginPath();
+        let pen = false;
+        for (let k = 0; k < at.length; k++) {
+          if (Number.isNaN(at[k][i])) pen = false;
+          else if (pen) context.lineTo(this.axisX(k), this.axisY(at[k][i]));
+          else context.moveTo(this.axisX(k), this.axisY(at[k][i]));
+          pen = !Number.isNaN(at[k][i]);
+        }
+        context.stroke();
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  /** Many rows as bundles between bins of neighboring axes. @param {CanvasRenderingContext2D} context @param {Float32Array[]} at @param {Uint8Array|null} mask @param {(n: string) => string} ink */
+  binned(context, at, mask, ink) {
+    for (let k = 0; k + 1 < at.length; k++) {
+      const all = new Uint32Array(BINS * BINS);
+      const chosen = new Uint32Array(BINS * BINS);
+      for (let i = 0; i < this.table.count; i++) {
+        const a = Math.min(BINS - 1, (at[k][i] * BINS) | 0);
+        const b = Math.min(BINS - 1, (at[k + 1][i] * BINS) | 0);
+        if (!(at[k][i] >= 0 && at[k + 1][i] >= 0)) continue;
+        all[a * BINS + b]++;
+        if (!mask || mask[i]) chosen[a * BINS + b]++;
+      }
+      for (const [counts, name] of /** @type {[Uint32Array, string][]} */ ([[mask ? all : new Uint32Array(0), "--faint"], [chosen, "--accent"]])) {
+        const most = counts.reduce((x, y) => Math.max(x, y), 1);
+        context.strokeStyle = ink(name);
+        counts.forEach((count, place) => {
+          if (!count) return;
+          context.globalAlpha = 0.08 + 0.8 * (count / most);
+          context.beginPath();
+          context.moveTo(this.axisX(k), this.axisY((Math.floor(place / BINS) + 0.5) / BINS));
+          context.lineTo(this.axisX(k + 1), this.axisY(((place % BINS) + 0.5) / BINS));
+          context.stroke();
+        });
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {(n: string) => string} ink */
+  axes(context, ink) {
+    context.font = "11px system-ui, sans-serif";
+    this.state.columns.forEach((name, k) => {
+      const column = /** @type {import("./data.js").Column} */ (this.table.byName.get(name));
+      const x = this.axisX(k);
+      context.strokeStyle = ink("--ink");
+      context.beginPath();
+      context.moveTo(x, this.axisY(0));
+      context.lineTo(x, this.axisY(1));
+      context.stroke();
+      context.fillStyle = ink("--ink");
+      context.textAlign = "center";
+      context.fillText(name.length > 16 ? `${name.slice(0, 15)}…` : name, x, k % 2 ? 26 : 13);
+      context.fillStyle = ink("--quiet");
+      context.textAlign = "right";
+      for (const tick of ticks(column, 5)) context.fillText(tick.text, x - 5, this.axisY(tick.at) + 4);
+    });
+    if (this.drag) {
+      context.fillStyle = ink("--accent");
+      context.globalAlpha = 0.35;
+      context.fillRect(this.axisX(this.drag.axis) - 8, this.drag.from, 16, this.drag.to - this.drag.from);
+      context.globalAlpha = 1;
+    }
+  }
+
+  listen() {
+    const place = (/** @type {PointerEvent} */ event) => {
+      const box = this.canvas.getBoundingClientRect();
+      return [event.clientX - box.left, event.clientY - box.top];
+    };
+    this.canvas.addEventListener("pointerdown", (event) => {
+      const [x, y] = place(event);
+      const near = this.state.columns.map((_, k) => Math.abs(this.axisX(k) - x));
+      const axis = near.indexOf(Math.min(...near));
+      if (near[axis] < 40) this.drag = { axis, from: y, to: y };
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (!this.drag) return;
+      this.drag.to = place(event)[1];
+      this.draw();
+    });
+    this.canvas.addEventListener("pointerup", () => {
+      const drag = this.drag;
+      this.drag = null;
+      if (!drag) return;
+      if (Math.abs(drag.to - drag.from) < 4) {
+        this.on.select(new Uint8Array(this.table.count));
+        return;
+      }
+      const ends = [drag.from, drag.to].map((y) => 1 - (y - 30) / (this.height - 60)).sort((a, b) => a - b);
+      this.on.select(inInterval(this.on.positions(this.state.columns[drag.axis]), ends[0], ends[1]));
+    });
+  }
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From values to the unit interval and back; round ticks.
+
+/** Share of an axis that is left free at either end, so that the outermost points are seen whole. */
+const MARGIN = 0.03;
+
+/** Position of a value on its axis, 0 to 1 with margins. @param {import("./data.js").Column} column @param {number} value */
+export function position(column, value) {
+  const [low, high, at] = column.log ? [Math.log(column.low), Math.log(column.high), Math.log(value)] : [column.low, column.high, value];
+  return MARGIN + ((1 - 2 * MARGIN) * (at - low)) / (high - low);
+}
+
+/** Positions of a whole column, NaN where there is no value. @param {import("./data.js").Column} column */
+export function positions(column) {
+  const values = /** @type {Float64Array} */ (column.values);
+  const out = new Float32Array(values.length);
+  for (let i = 0; i < values.length; i++) out[i] = position(column, values[i]);
+  return out;
+}
+
+/**
+ * Round values within the range of an axis.
+ * @param {import("./data.js").Column} column @param {number} wanted @returns {{at: number, text: string}[]}
+ */
+export function ticks(column, wanted) {
+  if (column.kind === "text") {
+    const step = Math.max(1, Math.ceil(column.order.length / wanted));
+    return column.order.filter((_, i) => i % step === 0).map((text, i) => ({ at: position(column, i * step), text: text.slice(0, 12) }));
+  }
+  const found = [];
+  if (column.log && column.high / column.low > 9) {
+    const first = Math.ceil(Math.log10(column.low) - 1e-9);
+    for (let power = first; 10 ** power <= column.high * (1 + 1e-9); power++) {
+      found.push({ at: position(column, 10 ** power), text: plain(10 ** power) });
+    }
+    return found;
+  }
+  const rough = (column.high - column.low) / Math.max(wanted, 1);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((k) => k * power).find((k) => k >= rough) ?? 10 * power;
+  for (let k = Math.ceil(column.low / step - 1e-9); k * step <= column.high + 1e-9 * step; k++) {
+    found.push({ at: position(column, k * step), text: plain(k * step) });
+  }
+  return found;
+}
+
+/** A round number without rounding noise. @param {number} value */
+function plain(value) {
+  const size = Math.abs(value);
+  if (size !== 0 && (size >= 1e5 || size < 1e-3)) return value.toExponential(0);
+  return String(Number(value.toPrecision(6)));
+}

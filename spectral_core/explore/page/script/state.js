@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the user has chosen: kept between visits, saved to a file, restored.
+
+import { rowsOf } from "./selection.js";
+
+/**
+ * @typedef {{selection: Uint8Array, selected: boolean, color: string, columns: string[], view: string, tool: string,
+ *   operation: import("./selection.js").Operation, theme: string, labels: Record<string, Record<string, string>>,
+ *   compare: number[], hover: number, sort: {column: string, down: boolean}}} State
+ */
+
+/** Most variables that are shown at once when a page is opened (thesis: hide what is over eight dimensions). */
+export const MOST_SHOWN = 8;
+
+/** State of a page that is opened for the first time. @param {import("./data.js").Table} table @returns {State} */
+export function freshState(table) {
+  const plotted = table.columns.filter((column) => column.values && column.role !== "time");
+  const first = plotted.filter((column) => column.role === "parameter");
+  const rest = plotted.filter((column) => column.role !== "parameter");
+  const names = [...first, ...rest].map((column) => column.name).slice(0, MOST_SHOWN);
+  return {
+    selection: new Uint8Array(table.count),
+    selected: false,
+    color: rest.length ? rest[0].name : names[0] ?? "",
+    columns: names,
+    view: "matrix",
+    tool: "lasso",
+    operation: "replace",
+    theme: "auto",
+    labels: {},
+    compare: [],
+    hover: -1,
+    sort: { column: "", down: false },
+  };
+}
+
+/** State as plain JSON; rows by key. @param {State} state @param {import("./data.js").Table} table */
+export function toPlain(state, table) {
+  return {
+    id: table.id,
+    color: state.color,
+    columns: state.columns,
+    view: state.view,
+    tool: state.tool,
+    theme: state.theme,
+    labels: state.labels,
+    sort: state.sort,
+    selection: rowsOf(state.selection).map((row) => table.keys[row]),
+    compare: state.compare.map((row) => table.keys[row]),
+  };
+}
+
+/** Take plain JSON over where it fits the table. @param {State} state @param {any} plain @param {import("./data.js").Table} table */
+export function fromPlain(state, plain, table) {
+  if (typeof plain !== "object" || plain === null) return;
+  const rows = new Map(table.keys.map((key, i) => [key, i]));
+  const known = (/** @type {any} */ name) => typeof name === "string" && table.byName.has(name);
+  if (Array.isArray(plain.columns)) {
+    const kept = plain.columns.filter(known);
+    if (kept.length) state.columns = kept;
+  }
+  if (known(plain.color) || plain.color === "") state.color = plain.color;
+  if (["matrix", "parallel", "table"].includes(plain.view)) state.view = plain.view;
+  if (["box", "lasso"].includes(plain.tool)) state.tool = plain.tool;
+  if (["auto", "light", "dark"].includes(plain.theme)) state.theme = plain.theme;
+  if (typeof plain.labels === "object" && plain.labels !== null) {
+    for (const [name, byKey] of Object.entries(plain.labels)) {
+      if (typeof byKey !== "object" || byKey === null) continue;
+      const entries = Object.entries(byKey).filter(([key, text]) => rows.has(key) && typeof text === "string");
+      state.labels[name] = Object.fromEntries(entries);
+    }
+  }
+  if (Array.isArray(plain.selection)) {
+    for (const key of plain.selection) if (rows.has(key)) state.selection[/** @type {number} */ (rows.get(key))] = 1;
+    state.selected = plain.selection.length > 0;
+  }
+  if (Array.isArray(plain.compare)) {
+    state.compare = plain.compare.filter((/** @type {string} */ key) => rows.has(key)).map((/** @type {string} */ key) => rows.get(key));
+  }
+}
+
+/** Keep the state for the next visit. @param {State} state @param {import("./data.js").Table} table */
+export function remember(state, table) {
+  try {
+    localStorage.setItem(`explore-${table.id}`, JSON.stringify(toPlain(state, table)));
+  } catch {
+    // storage is full or switched off: the state can still be saved to a file
+  }
+}
+
+/** Take up what was kept. @param {State} state @param {import("./data.js").Table} table */
+export function recall(state, table) {
+  try {
+    const text = localStorage.getItem(`explore-${table.id}`);
+    if (text) fromPlain(state, JSON.parse(text), table);
+  } catch {
+    // nothing kept, or not readable
+  }
+}

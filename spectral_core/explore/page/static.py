@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures for papers: the scatter-plot matrix, and error against time, as PNG, SVG or PDF by Matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
+from spectral_core.explore.features.expression import as_column
+from spectral_core.files.whole import whole_file
+
+ENDINGS = (".png", ".svg", ".pdf")
+
+
+def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequence[str], *, color: str = "") -> Path:
+    """Write the lower triangle of scatter plots over ``names`` with histograms on the diagonal.
+
+    Parameters
+    ----------
+    path : ends in .png, .svg or .pdf.
+    columns : the table.
+    names : variables, 2 to 12.
+    color : the variable that colors the points; none where empty.
+    """
+    if not 2 <= len(names) <= 12:
+        raise InvalidInputError(f"{len(names)} variables are named; a figure shows 2 to 12")
+    data = {name: _plotted(columns, name) for name in {*names, *([color] if color else [])}}
+    figure = _figure(path, 1.6 * len(names))
+    axes = figure.subplots(len(names), len(names), squeeze=False)
+    shade: Any = data[color][0] if color else "#3b6fb6"
+    for row, upward in enumerate(names):
+        for column, across in enumerate(names):
+            plot = axes[row][column]
+            if column > row:
+                plot.axis("off")
+                continue
+            if column == row:
+                values = data[across][0]
+                plot.hist(values[np.isfinite(values)], bins=20, color="#9aa7b8")
+                plot.set_yticks([])
+                plot.set_title(across, fontsize=8, loc="left")
+            else:
+                plot.scatter(data[across][0], data[upward][0], c=shade, s=6, linewidths=0, cmap="viridis")
+            plot.tick_params(labelsize=6, labelbottom=row == len(names) - 1, labelleft=column == 0 and row > 0)
+            if column == 0 and row > 0:
+                plot.set_ylabel(upward, fontsize=7)
+            if row == len(names) - 1:
+                plot.set_xlabel(across, fontsize=7)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished)
+    return path
+
+
+def draw_error_against_time(
+    path: Path, columns: Mapping[str, Sequence[Any]], time: str, errors: Sequence[str], *, by: Sequence[str] = ()
+) -> Path:
+    """Write error measures against time (R9; thesis Fig. 1.2), a column of plots per measure, a row per factor.
+
+    Parameters
+    ----------
+    path : ends in .png, .svg or .pdf.
+    columns : the table.
+    time : column of seconds.
+    errors : columns of error.
+    by : columns whose values color the points, one row of plots each; the front of the best points is drawn in each.
+    """
+    from spectral_core.explore.analysis.pareto import pareto_front
+
+    factors = list(by) or [""]
+    figure = _figure(path, 2.6 * max(len(errors), 2), 2.4 * len(factors))
+    axes = figure.subplots(len(factors), len(errors), squeeze=False)
+    seconds = _plotted(columns, time)[0]
+    for row, factor in enumerate(factors):
+        shade, texts = _plotted(columns, factor) if factor else (np.zeros(len(seconds)), [])
+        for column, error in enumerate(errors):
+            plot, values = axes[row][column], _plotted(columns, error)[0]
+            drawn = plot.scatter(seconds, values, c=shade, s=12, cmap="viridis", linewidths=0)
+            front = pareto_front(np.stack([seconds, values], axis=1))
+            order = front[np.argsort(seconds[front])]
+            plot.plot(seconds[order], values[order], color="#c33", linewidth=0.8)
+            plot.set_xscale("log")
+            if np.nanmin(values) > 0 and np.nanmax(values) > 8 * np.nanmin(values):
+                plot.set_yscale("log")
+            plot.tick_params(labelsize=6)
+            plot.set_xlabel(f"{time} (s)", fontsize=7)
+            plot.set_ylabel(error, fontsize=7)
+            if factor and column == len(errors) - 1:
+                bar = figure.colorbar(drawn, ax=plot)
+                bar.set_label(factor, fontsize=7)
+                bar.ax.tick_params(labelsize=6)
+                if texts:
+                    bar.set_ticks(range(len(texts)), labels=texts)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished)
+    return path
+
+
+def _figure(path: Path, width: float, height: float | None = None) -> Any:
+    if path.suffix.lower() not in ENDINGS:
+        raise InvalidInputError(f"a figure ends in {', '.join(ENDINGS)}; got {path.name!r}")
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingDependencyError.package("matplotlib", "a figure", "figures") from error
+    return Figure(figsize=(width, height or width), layout="constrained", dpi=150)
+
+
+def _plotted(columns: Mapping[str, Sequence[Any]], name: str) -> tuple[Any, list[str]]:
+    """A column as numbers, and the texts that they stand for."""
+    if name not in columns:
+        raise UnknownNameError.among("column", name, columns)
+    column = as_column(columns[name])
+    if column.dtype.kind != "U":
+        return column, []
+    texts = sorted(set(column))
+    return np.array([texts.index(text) for text in column], float), [str(text) for text in texts]

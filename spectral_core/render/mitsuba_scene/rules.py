@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which rays meet which shapes and lights: tables that the path integrator reads by registry number.
+
+A table holds one row per registered object, 0 where nothing is said: the usual scene has none, and pays nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import Rays
+
+MOST_LINKED_LIGHTS = 32
+"""Lights that may be linked to objects: one bit each."""
+HOLDOUT = 1 << 8
+"""Bit of a shape that cuts a hole into what the camera sees; above the kinds of rays."""
+
+
+@dataclass
+class RayRules:
+    """What differs from "every ray meets everything", by Mitsuba object.
+
+    ``shapes``: bits of ``Rays`` that pass a shape as if it were not there, and ``HOLDOUT``. ``lights``: bits of
+    ``Rays`` that an emitter does not light. ``light_bounces``: bounces after which an emitter lights nothing.
+    ``shadowless``: emitters whose light nothing blocks. ``links``: emitter to its number among the linked lights;
+    ``unlit``, ``clear``: by shape the linked lights that do not light it, and those that it casts no shadow for.
+    ``camera_world``: the emitter that the camera sees in place of the environment.
+    """
+
+    shapes: list[tuple[Any, int]] = field(default_factory=list)
+    lights: list[tuple[Any, int]] = field(default_factory=list)
+    light_bounces: list[tuple[Any, int]] = field(default_factory=list)
+    shadowless: list[Any] = field(default_factory=list)
+    links: list[tuple[Any, int]] = field(default_factory=list)
+    unlit: list[tuple[Any, int]] = field(default_factory=list)
+    clear: list[tuple[Any, int]] = field(default_factory=list)
+    camera_world: Any | None = None
+
+    def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
+        """Rules of one placed object, which may be several shapes."""
+        for shape in shapes:
+            for table, value in ((self.shapes, bits), (self.unlit, unlit), (self.clear, clear)):
+                if value:
+                    table.append((shape, value))
+
+    @property
+    def need_paths(self) -> bool:
+        """Whether anything but a lamp's body is hidden from anything."""
+        seen = any(bits & ~int(Rays.CAMERA) for _, bits in self.shapes)
+        return seen or any((self.lights, self.light_bounces, self.shadowless, self.links, self.camera_world))
+
+
+class Tables:
+    """The rules as arrays of the active variant; ``None`` where there is no such rule."""
+
+    def __init__(self, mitsuba: Any, rules: RayRules) -> None:
+        self._mi = mitsuba
+        shape, emitter = mitsuba.ShapePtr, mitsuba.EmitterPtr
+        self.shapes = self._table(shape, rules.shapes)
+        self.lights = self._table(emitter, rules.lights)
+        self.light_bounces = self._table(emitter, [(item, count + 1) for item, count in rules.light_bounces])
+        self.shadowless = self._table(emitter, [(item, 1) for item in rules.shadowless])
+        self.links = self._table(emitter, [(item, number + 1) for item, number in rules.links])
+        self.unlit = self._table(shape, rules.unlit)
+        self.clear = self._table(shape, rules.clear)
+        self.camera_world = rules.camera_world
+        self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
+
+    def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
+        if not rows:
+            return None
+        numbers = [int(self.number(pointer(item))[0]) for item, _ in rows]
+        table = np.zeros(max(numbers) + 1, np.uint32)
+        table[numbers] = [value for _, value in rows]
+        return self._mi.UInt32(table)
+
+    def number(self, pointer: Any) -> Any:
+        """Registry number of a Mitsuba pointer, 0 for none."""
+        import drjit as dr
+
+        return dr.reinterpret_array(self._mi.UInt32, pointer)
+
+    def look_up(self, table: Any | None, number: Any, missing: int = 0) -> Any:
+        """Row of a table; ``missing`` where the object has none."""
+        import drjit as dr
+
+        mi = self._mi
+        if table is None:
+            return mi.UInt32(missing)
+        known = number < dr.opaque(mi.UInt32, dr.width(table))
+        return dr.select(known, dr.gather(mi.UInt32, table, number, known), missing)
+
+    def shape_number(self, si: Any) -> Any:
+        """Number that a hit's object is known by: its placement's where its shape is shared."""
+        import drjit as dr
+
+        placed, own = self.number(si.instance), self.number(si.shape)
+        return dr.select(placed != 0, placed, own)
+
+    def passes(self, shape: Any, kind: Any) -> Any:
+        """Whether rays of a kind go through a shape as if it were not there."""
+        if self.shapes is None:
+            return self._mi.Bool(False)
+        return (self.look_up(self.shapes, shape) & kind) != 0
+
+    def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
+        """Whether an emitter lights a receiver (a shape's number) along a kind of ray, after some bounces."""
+        mi = self._mi
+        lit = mi.Bool(True)
+        if self.lights is not None:
+            lit &= (self.look_up(self.lights, emitter) & kind) == 0
+        if self.light_bounces is not None:
+            most = self.look_up(self.light_bounces, emitter)
+            lit &= (most == 0) | (bounces < most)
+        if self.links is not None and self.unlit is not None:
+            lit &= (self.look_up(self.unlit, receiver) & self._bit(emitter)) == 0
+        return lit
+
+    def casts_shadow(self, shape: Any, emitter: Any) -> Any:
+        """Whether a shape blocks the light of an emitter."""
+        mi = self._mi
+        blocks = mi.Bool(True)
+        if self.shapes is not None:
+            blocks &= (self.look_up(self.shapes, shape) & int(Rays.SHADOW)) == 0
+        if self.clear is not None:
+            blocks &= (self.look_up(self.clear, shape) & self._bit(emitter)) == 0
+        return blocks
+
+    def _bit(self, emitter: Any) -> Any:
+        """Bit of a linked light, 0 for one that is not linked."""
+        import drjit as dr
+
+        mi = self._mi
+        number = self.look_up(self.links, emitter)
+        return dr.select(number > 0, mi.UInt32(1) << (dr.maximum(number, 1) - 1), 0)

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Expressions, constraints and paths are read, never run: what is not arithmetic is refused, whatever it is."""
+
+from __future__ import annotations
+
+import random
+import string
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.explore.features.expression import evaluate
+from spectral_core.explore.sweep.compute.paths import parse_path, set_path
+from spectral_core.explore.sweep.constraints import parse_constraint
+from spectral_core.explore.sweep.parameters import Parameter, Space
+
+COLUMNS = {"a": [1.0, 4.0, None], "b": [2.0, 0.0, 1.0], "name": ["x", "y", "x"]}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("a + 2 * b", [5.0, 4.0, None]),
+        ("sqrt(a)", [1.0, 2.0, None]),
+        ("a / b", [0.5, None, None]),
+        ("where(name == 'x', 1, 0)", [1.0, 0.0, 1.0]),
+        ("1 if b > 1 else -1", [1.0, -1.0, -1.0]),
+        ("b - mean(b)", [1.0, -1.0, 0.0]),
+        ("where(b > 0, 'lit', 'dark')", ["lit", "dark", "lit"]),
+        ("min(a, b) ** 2", [1.0, 0.0, None]),
+        ("not (b > 0 and a < 2)", [0.0, 1.0, 1.0]),
+        ("pi", [np.pi] * 3),
+    ],
+)
+def test_arithmetic_over_columns(text: str, expected: list[object]) -> None:
+    assert evaluate(text, COLUMNS) == expected
+
+
+HOSTILE = [
+    "__import__('os').system('true')", "open('/etc/passwd').read()", "().__class__.__bases__", "[x for x in range(9)]",
+    "(lambda: 1)()", "a.__class__", "a[0]", "exec('1')", "eval('1')", "{'a': 1}", "f'{a}'", "(b := 3)", "'x' * 10**9",
+    "10**10**10**10", "a if", "", "  ", "import os", "a;b", "print(a)", "getattr(a, 'x')", "globals()", "*a", "...",
+    "a" * 5000, "(" * 200 + "a" + ")" * 200, "-" * 500 + "a", "a+" * 900 + "a", "1e999", "sqrt()", "min(a)", "unknown + 1",  # noqa: E501
+    "sqrt(x=a)", "max(*a)", "name + 1", "b'x'", "1j", "await a", "yield", "a\x00b", "9" * 1900,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_hostile_expressions_are_refused_or_harmless(text: str) -> None:
+    try:
+        result = evaluate(text, COLUMNS)
+    except InvalidInputError:
+        return
+    assert result == ([None] * 3 if text.startswith("10") else COLUMNS["a"])  # brackets alone do no harm
+
+
+def test_a_fuzz_of_expressions_gives_columns_or_errors() -> None:
+    rng = random.Random(3)
+    words = ["a", "b", "name", "1", "2.5", "+", "-", "*", "**", "/", "(", ")", ",", "sqrt", "where", "'x'", "<", "==", "and",  # noqa: E501
+             "not", "if", "else", "__class__", ".", "[", "]", "lambda", ":", "import", "open", "1e308", "%", "//", "\\", "@"]  # fmt: skip  # noqa: E501
+    refused = 0
+    for _ in range(20_000):
+        text = " ".join(rng.choice(words) for _ in range(rng.randint(1, 9)))
+        if rng.random() < 0.1:
+            text = "".join(rng.choice(string.printable) for _ in range(rng.randint(1, 30)))
+        try:
+            result = evaluate(text, COLUMNS)
+        except SpectralError:
+            refused += 1
+        else:
+            assert len(result) == 3 and all(v is None or isinstance(v, float | str) for v in result)
+            assert not any(word in text for word in ("__class__", "lambda", "import", "open"))
+    assert 10_000 < refused < 20_000
+
+
+SPACE = Space((Parameter("a", 0, 1), Parameter("w", 1, 100, scale="log"), Parameter("k", 1, 9, kind="integer"),
+               Parameter("c", choices=("x", "y"), kind="choice")))  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["2*a + log10(w) <= 2", "0.1 <= a - k/10 <= 3", "3 >= a", "-a <= 0.5 - 2*k"])
+def test_linear_constraints_agree_in_values_and_in_the_unit_cube(text: str) -> None:
+    rng = np.random.default_rng(0)
+    for one in parse_constraint(text, SPACE):
+        row, bound = one.row(SPACE)
+        for unit in rng.random((200, 4)):
+            values = SPACE.values(unit)
+            numbers = {name: value for name, value in values.items() if not isinstance(value, str)}
+            at = SPACE.coordinates(values)
+            assert one.holds(SPACE, numbers) == (row @ at <= bound + 1e-9)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a * a <= 1", "w <= 3", "a", "a == 1", "log10(a) <= 1", "b <= 1", "sin(a) <= 1", "1 <= 2", "c <= 1", "a/0 <= 1"],
+)
+def test_constraints_that_are_not_linear_are_named(text: str) -> None:
+    with pytest.raises(InvalidInputError):
+        parse_constraint(text, SPACE)
+
+
+@pytest.mark.parametrize(
+    "path", ["", "a..b", ".a", "a[", "a[b", "a[]", "a b", "__import__('os')", "a()", "../x", "a;b", "a[1][", "1a"]
+)
+def test_paths_that_are_none_are_named(path: str) -> None:
+    with pytest.raises(SpectralError):
+        set_path({"a": {"b": 1.0}}, path, 2.0)
+
+
+def test_a_path_sets_one_number_in_a_copy() -> None:
+    document = {"cells": [{"name": "one", "weight": 1.0}, {"name": "two", "weight": 2.0}]}
+    changed = set_path(document, "cells[two].weight", 5.0)
+    assert changed["cells"][1]["weight"] == 5.0 and document["cells"][1]["weight"] == 2.0
+    assert set_path(document, "cells[0].weight", 3)["cells"][0]["weight"] == 3.0
+    assert parse_path('lights["Key light"].power_w')[1] == ("item", "Key light")
+    with pytest.raises(SpectralError, match="two"):
+        set_path(document, "cells[tow].weight", 5.0)

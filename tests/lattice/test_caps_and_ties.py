@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Caps of balls are searched in their own metric, Voronoi cells satisfy Euler, the engine takes any lattice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.lattice import (
+    ball,
+    box,
+    frozen_scales,
+    halfspaces,
+    make_lattice,
+    packing,
+    progressive_fill,
+    separation,
+    unit_cube,
+    voronoi_cell,
+)
+from spectral_core.lattice.catalogue import CRITERIA
+from spectral_core.lattice.construction import build_lattice
+from spectral_core.lattice.engine import LatticeEngine
+from spectral_core.lattice.fill import enumeration
+from spectral_core.lattice.fill.anchoring import anchor
+from spectral_core.lattice.polish import polished_scales
+
+CAPS = [(2, 0.999), (3, 0.9999), (4, 0.999), (4, 0.5), (4, -0.5), (6, 0.99), (8, 0.9)]
+
+
+def cap(n: int, height: float, tilt: int | None = None) -> tuple:
+    """Ball and half-space, its normal along the first axis or in a random direction."""
+    normal = np.eye(n)[0] if tilt is None else np.random.default_rng(tilt).normal(size=n)
+    normal = normal / np.linalg.norm(normal)
+    sphere = ball(np.zeros(n), 1.0)
+    return sphere, sphere & halfspaces([-normal], [-height])
+
+
+@pytest.mark.parametrize(("n", "height"), CAPS)
+@pytest.mark.parametrize("tilt", [None, 3])
+def test_a_cap_of_a_ball_is_searched_in_its_own_metric(n, height, tilt, monkeypatch) -> None:
+    """Work in proportion to the points, and exactly the points."""
+    monkeypatch.setattr(enumeration, "MAX_NODES", 200_000)
+    _, region = cap(n, height, tilt)
+    points = progressive_fill(region, 50, seed=1)
+    assert len(points) == 50 and region.contains(points.points).all()
+
+
+def test_no_point_of_a_cap_is_missed() -> None:
+    """Against all points of the same lattice in a box around it."""
+    for tilt in (None, 1, 2):
+        _, region = cap(3, 0.9, tilt)
+        points = progressive_fill(region, 60, seed=2)
+        around = points.within(box(np.full(3, -1.0), np.full(3, 1.0)))
+        assert int(region.contains(around.points).sum()) == 60
+
+
+def test_the_ellipsoid_of_a_cap_holds_it_and_is_small() -> None:
+    """The smallest ellipsoid around a cap is known (Grötschel, Lovász and Schrijver 1988)."""
+    for n, height in ((3, 0.9), (5, 0.99), (4, 0.2)):
+        sphere, region = cap(n, height)
+        found = anchor(region)
+        rng = np.random.default_rng(0)
+        inside = rng.normal(size=(20_000, n))
+        inside *= (rng.random(20_000) ** (1 / n) / np.linalg.norm(inside, axis=1))[:, None]
+        top = np.sqrt(1 - height**2)
+        rim = rng.normal(size=(2000, n - 1))
+        rim = np.column_stack([np.full(2000, height), top * rim / np.linalg.norm(rim, axis=1)[:, None]])
+        members = np.concatenate([inside[inside[:, 0] >= height], rim, np.eye(n)[:1]]) - found.center
+        assert np.linalg.norm((members - found.ellipsoid_center) @ found.metric.T, axis=1).max() <= 1 + 1e-9
+        log_volume = -np.linalg.slogdet(found.metric)[1]
+        along, across = n * (1 - height) / (n + 1), n * top / np.sqrt(n * n - 1)
+        assert log_volume <= np.log(along) + (n - 1) * np.log(across) + 0.2
+        assert sphere.norm_ball is not None
+
+
+def test_boxes_that_meet_are_a_box() -> None:
+    both = box([0, 0], [2, 3]) & box([1, -1], [4, 2])
+    assert both.box_limits is not None and both.box_limits[0].tolist() == [1, 0]
+    with pytest.raises(InvalidInputError, match="empty"):
+        progressive_fill(box([0, 0], [1, 1]) & box([2, 2], [3, 3]), 5)
+
+
+@pytest.mark.parametrize("rate", [2, 3])
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_cells_of_frozen_lattices_satisfy_euler(n: int, rate: int) -> None:
+    for criterion in CRITERIA:
+        cell = voronoi_cell(make_lattice(n, rate, criterion=criterion).generator)
+        counts = cell.face_counts
+        assert sum((-1) ** k * count for k, count in enumerate(counts)) == 1 - (-1) ** n
+        assert counts[0] == len(cell.vertices) and counts[-1] == len(cell.relevant)
+
+
+def test_frozen_scales_are_polished_and_stay_optimal() -> None:
+    """The (4, 2) second-moment lattice has kissing number 8, not 4, and its value is a minimum to rounding."""
+    frozen = frozen_scales(4, 2, "second_moment")
+    lattice = make_lattice(4, 2)
+    assert packing(lattice.generator)[1] == 8
+    shifted = frozen.log_scales + 3e-8 * np.array([1.0, -1.0])
+    np.testing.assert_allclose(polished_scales(frozen.lattice_class, shifted), frozen.log_scales, atol=1e-13)
+    at = [
+        voronoi_cell(build_lattice(frozen.lattice_class, frozen.log_scales + step * np.array([1.0, -1.0])).generator)
+        for step in (-1e-5, 0.0, 1e-5)
+    ]
+    assert at[1].second_moment < min(at[0].second_moment, at[2].second_moment)
+    assert at[1].second_moment == pytest.approx(frozen.value, abs=1e-14)
+
+
+def test_corners_that_are_near_but_apart_stay_two() -> None:
+    """A square lattice sheared by 1e-5 has a hexagon for a cell, with two edges of that length."""
+    cell = voronoi_cell([[1.0, 1e-5], [0.0, 1.0]])
+    assert cell.face_counts == (6, 6)
+    assert voronoi_cell(np.eye(2)).face_counts == (4, 4)
+
+
+def test_the_engine_takes_a_lattice_more_dimensions_and_no_scramble() -> None:
+    covering = make_lattice(4, 3, criterion="covering")
+    points = LatticeEngine(4, lattice=covering, points=64, scramble=False).random(64)
+    np.testing.assert_array_equal(points, progressive_fill(unit_cube(4), 64, lattice=covering, seed=0).points)
+    first, second = (LatticeEngine(3, scramble=False, rng=seed, points=32).random(32) for seed in (1, 2))
+    np.testing.assert_array_equal(first, second)
+    wide = LatticeEngine(13, points=64, rng=1).random(64)
+    assert wide.shape == (64, 13) and separation(wide) > 0.3
+    with pytest.raises(InvalidInputError, match="the lattice has 4 dimensions, the engine 3"):
+        LatticeEngine(3, lattice=covering)
+    with pytest.raises(InvalidInputError, match="17 dimensions"):
+        LatticeEngine(17)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_prefixes_keep_their_separation_in_the_lattice_s_own_spacing(seed: int) -> None:
+    """In units of the spacing never less than packing radius / rate^(1/n); m = 600 rounds at every level."""
+    from scipy.spatial.distance import pdist, squareform
+
+    points = progressive_fill(unit_cube(6), 600, seed=seed)
+    bound = packing(points.frame.lattice.generator)[0] / 2 ** (1 / 6)
+    distances = squareform(pdist(points.points)) / points.frame.spacing
+    np.fill_diagonal(distances, np.inf)
+    nearest = np.array([distances[k, :k].min() if k else np.inf for k in range(600)])
+    least = np.minimum.accumulate(nearest)[1:] / 2
+    counts = np.arange(2, 601)
+    assert (least * (counts / 600) ** (1 / 6)).min() >= bound * (1 - 1e-9)
