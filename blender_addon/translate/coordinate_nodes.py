@@ -29,16 +29,12 @@ def round_tangent(reader: Reader) -> Value:
 @evaluator("TEX_COORD")
 def _coordinates(reader: Reader, output: Output) -> Any:
     name = output.socket.name
-    if name == "Generated":
-        return reader.point("generated")
-    if name == "UV":
-        return reader.point("uv")
+    if name in ("Generated", "UV", "Window"):
+        return reader.point(name.lower())
     if name == "Normal":
         return reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
     if name == "Camera":
         return reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "CAMERA"))
-    if name == "Window":
-        return reader.point("window")
     if name == "Reflection":
         return reader.emit("reflection", reader.point("incoming"), reader.point("normal"))
     target = output.node.object
