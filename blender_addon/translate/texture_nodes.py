@@ -65,15 +65,15 @@ def _image(reader: Reader, output: Output) -> Any:
         place = place_of(reader, output, "generated")
         normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
         blend = float(node.projection_blend)
-        if is_alpha:
-            return reader.emit("image_box_alpha", place, normal, settings=(blend,), data=texture)
-        return reader.emit("image_box", place, normal, settings=(unassociates, blend), data=texture)
+        found = reader.emit("image_box", place, normal, settings=(unassociates, blend), data=texture)
+        return reader.emit("component", found, settings=(0,)) if is_alpha else found
     place = place_of(reader, output, "uv")
     if node.projection in ("SPHERE", "TUBE"):
         place = reader.emit("round_coordinates", place, settings=(node.projection,))
-    if is_alpha:
-        return reader.emit("image_alpha", place, data=texture)
-    return reader.emit("image_color", place, settings=(unassociates,), data=texture)
+    found = reader.emit("image_color", place, settings=(unassociates,), data=texture)
+    return (
+        reader.emit("component", found, settings=(0,)) if is_alpha else found
+    )  # alpha comes as an image of one channel
 
 
 def mapping_matrix(reader: Reader, mapping: Output) -> NDArray[np.float64]:

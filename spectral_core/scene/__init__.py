@@ -46,6 +46,6 @@ __all__ = [
     "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh", "Metal",
     "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program", "Rays",
     "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface",
-    "Toon", "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves", "map_leaves", "programs_of",
-    "scene_hash", "values_of", "weighted_leaves",
+    "Toon", "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves", "map_leaves",
+    "programs_of", "scene_hash", "values_of", "weighted_leaves",
 ]  # fmt: skip

@@ -210,12 +210,6 @@ def image_color(xp: Any, place: Any, image: Any, unassociates: bool) -> Any:
     return read_image(xp, place[0], place[1], image, unassociates)[:3]
 
 
-@operation("3", 1)
-def image_alpha(xp: Any, place: Any, image: Any) -> Any:
-    """Alpha of an Image Texture."""
-    return read_image(xp, place[0], place[1], image, False)[3]
-
-
 def _box_weights(xp: Any, normal: Any, blend: float) -> Any:
     x, y, z = each(xp.absolute, normal)
     total = xp.maximum(x + y + z, 1e-20)
@@ -257,12 +251,6 @@ def _box(xp: Any, place: Any, normal: Any, image: Any, unassociates: bool, blend
 def image_box(xp: Any, place: Any, normal: Any, image: Any, unassociates: bool, blend: float) -> Any:
     """Color of an image projected from the sides of a box by the object's normal."""
     return _box(xp, place, normal, image, unassociates, blend)[:3]
-
-
-@operation("3 3", 1)
-def image_box_alpha(xp: Any, place: Any, normal: Any, image: Any, blend: float) -> Any:
-    """Alpha of the same."""
-    return _box(xp, place, normal, image, False, blend)[3]
 
 
 @operation("3", 3)
