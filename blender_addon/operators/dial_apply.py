@@ -56,7 +56,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
 
 
 def _require_lamps(dial: PropertyGroup) -> None:
-    """A lamp that stands in for lights' own spectra must have somewhere to go, before anything is written."""
+    """Check, before anything is written, that the lamp of a bulb can be given to the lights behind it."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
