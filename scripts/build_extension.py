@@ -27,7 +27,7 @@ PLATFORM_TAGS = {
     "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64", "macosx_14_0_arm64"],
 }
 BUNDLED = [
-    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR"),
+    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "threadpoolctl", "OpenEXR"),
     *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
     *("importlib_resources", "typing_extensions", "packaging"),
 ]

@@ -14,6 +14,7 @@ from .parts import wrapped
 STATUS = {
     "solved": ("CHECKMARK", "All targets met"),
     "compromise": ("ERROR", "A compromise"),
+    "still_improving": ("TIME", "Still improving: solve to continue"),
     "exact_conflict": ("ERROR", "Exact cells conflict"),
     "invisible": ("ERROR", "A light shows nothing"),
     "inaccurate": ("CANCEL", "Not reliable"),
