@@ -66,6 +66,11 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     return scene
 
 
+def require_blender() -> None:
+    """Load Blender's Python module with the extension enabled. Raises MissingDependencyError where it is absent."""
+    _bpy()
+
+
 def _override(settings: Any, text: str) -> None:
     effect, separator, value = text.partition("=")
     if not separator or not effect or not value:

@@ -74,7 +74,7 @@ def _solve(context: Context) -> PaletteSolution:
 
 
 class SPECTRAL_OT_palette_solve(bpy.types.Operator):
-    """Find spectra that come as near to all wishes as they can"""
+    """Find spectra that meet all targets as closely as they can"""
 
     bl_idname = "spectral.palette_solve"
     bl_label = "Solve"

@@ -12,8 +12,9 @@ from .palette_table import draw_table
 from .parts import wrapped
 
 STATUS = {
-    "solved": ("CHECKMARK", "All wishes met"),
+    "solved": ("CHECKMARK", "All targets met"),
     "compromise": ("ERROR", "A compromise"),
+    "still_improving": ("TIME", "Still improving: solve to continue"),
     "exact_conflict": ("ERROR", "Exact cells conflict"),
     "invisible": ("ERROR", "A light shows nothing"),
     "inaccurate": ("CANCEL", "Not reliable"),
@@ -124,7 +125,7 @@ def _duration(milliseconds: float) -> str:
 
 
 def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conflict: PropertyGroup) -> None:
-    """A cell that misses its wish, and a button that lets go of the one that stands in its way."""
+    """A cell that misses its target, and a button that relaxes the cell that conflicts with it."""
     rows = {material.uid: row for row, material in enumerate(palette.materials)}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
     line = box.row()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
-from spectral_core.llvm_library import LLVM_INSTALL_HINT, OLDEST_LLVM, find_llvm
+from spectral_core.llvm_library import LLVM_INSTALL_HINT, OLDEST_LLVM, find_llvm, use_llvm
 
 Transport = Literal["rgb", "spectral"]
 NO_LLVM = f"rendering needs the LLVM library, version {OLDEST_LLVM} or newer, and none was found; {LLVM_INSTALL_HINT}"
@@ -69,7 +69,7 @@ def activate(backend: Backend) -> Any:
     Raises MissingDependencyError without Mitsuba, RenderError where the variant cannot start.
     """
     if backend.llvm_library and "DRJIT_LIBLLVM_PATH" not in os.environ:
-        os.environ["DRJIT_LIBLLVM_PATH"] = backend.llvm_library
+        use_llvm(backend.llvm_library)
     # Blender opens Mitsuba's libraries after its own; deep binding would give it Blender's copies of shared symbols.
     os.environ.setdefault("DRJIT_NO_RTLD_DEEPBIND", "1")
     mitsuba = _import("mitsuba")

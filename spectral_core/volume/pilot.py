@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
-from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits
+from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -93,15 +93,32 @@ class Pilot:
         self.count = len(x)
         self.pixels = (renderer.types.Float(x), renderer.types.Float(y))
         self._tried: dict[Stepping, Trial] = {}
-        fine = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated")
-        self.reference_scale, coarse = 0.5, self._march(fine, REFERENCE)[0]
+        self.reference, self.reference_db, self.reference_scale = self._refined(quality_db + 6.0)
+
+    def _refined(self, agreement_db: float) -> tuple[Array, float, float]:
+        """(colors, their own SNR, scale of the last march) of the reference.
+
+        Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
+        agree too: two marches of one rule may both pass over what its estimate of roughness has no idea of, such as
+        the tip of an opaque thing that a ray grazes. If these do not agree, uniform steps are halved until they do.
+        """
+        quadrature: Quadrature = "midpoint" if self.transfer.uses_gradient else "preintegrated"
+        scale, coarse = 0.5, self._march(Stepping("error", quadrature, 0.5), REFERENCE)[0]
         while True:
-            self.reference = self._march(replace(fine, scale=self.reference_scale), REFERENCE)[0]
-            # Halving the step takes off three quarters of the error, so the finer is 12 dB better than they differ by.
-            self.reference_db = snr_db(self.reference, coarse - self.reference) + 12.0
-            if self.reference_db > quality_db + 18.0 or self.reference_scale < 0.02:
+            scale *= 0.5
+            fine = self._march(Stepping("error", quadrature, scale), REFERENCE)[0]
+            agreed = snr_db(fine, coarse - fine)
+            if agreed > agreement_db or scale < 0.02:
                 break
-            self.reference_scale, coarse = 0.5 * self.reference_scale, self.reference
+            coarse = fine
+        step = 1.0 / 16.0
+        while True:
+            even = self._march(Stepping("uniform", quadrature, step), REFERENCE)[0]
+            agreed = snr_db(even, fine - even)
+            # Halving the step takes off three quarters of the error at best, half of it where the order is lost.
+            if agreed > agreement_db + 4.0 or step <= REFERENCE.shortest_step:
+                return even, agreed + 6.0, min(scale, step)
+            fine, step = even, 0.5 * step
 
     def denser(self) -> Pilot:
         """A pilot of the same picture with four times the rays."""
@@ -112,7 +129,8 @@ class Pilot:
         if stepping not in self._tried:
             colors, samples, steps = self._march(stepping)
             energies = np.sum((colors - self.reference) ** 2, axis=-1)
-            snr = snr_db(self.reference, colors - self.reference)
+            # Nobody can know an error to be smaller than the reference's own.
+            snr = min(snr_db(self.reference, colors - self.reference), self.reference_db)
             # Standard error of a sum of unequal independent terms. All pixels are no sample: their sum is the truth.
             known = self.is_whole or not energies.any()
             spread = 0.0 if known else float(np.sqrt(np.sum(energies**2)) / np.sum(energies))

@@ -68,8 +68,9 @@ class PreparedTransfer:
         types, volume = self.field.types, self.field.device_volume
         if with_integrals not in self._tables:
             self._tables[with_integrals] = DeviceTable(types, self.table, volume, integrals=with_integrals)
-        scale, floor, boldest = (
-            dr.opaque(types.Float, float(v)) for v in (stepping.scale, limits.least_transmittance, limits.boldest)
+        scale, floor, boldest, shortest = (
+            dr.opaque(types.Float, float(v))
+            for v in (stepping.scale, limits.least_transmittance, limits.boldest, limits.shortest_step)
         )
         return MarchInput(
             volume,
@@ -79,6 +80,7 @@ class PreparedTransfer:
             stepping.quadrature,
             floor,
             boldest,
+            shortest,
             self.gradient,
             self.weights,
         )

@@ -21,7 +21,7 @@ pytest.importorskip("bpy")
 
 from blender_addon import panels
 from blender_addon.properties.palette import PALETTE_FIELDS, WHITE_XYZ
-from blender_addon.properties.palette_cell import WISH
+from blender_addon.properties.palette_cell import ASKED
 from blender_addon.properties.render import RENDER_FIELDS
 from blender_addon.properties.volume import VOLUME_FIELDS
 from blender_addon.translate import settings as render_settings
@@ -256,8 +256,8 @@ def test_panels_show_every_declared_setting():
     assert {*PALETTE_FIELDS, *RENDER_FIELDS, *VOLUME_FIELDS} <= shown
 
 
-def test_copying_a_wish_copies_all_that_a_cell_asks(palette):
+def test_copying_a_target_copies_all_that_a_cell_asks(palette):
     cell = palette.materials[0].cells[0]
     results = {"actual_linear", "wanted_linear", "actual_display", "wanted_display", "has_result", "delta_e", "actual",
                "wanted", "name", "rna_type", "others"}  # fmt: skip
-    assert set(WISH) == {prop.identifier for prop in cell.bl_rna.properties} - results
+    assert set(ASKED) == {prop.identifier for prop in cell.bl_rna.properties} - results

@@ -19,7 +19,8 @@ import json, sys
 sys.path[:] = [path for path in sys.path if path not in ("", {root!r})]
 import bpy
 bpy.ops.extensions.package_install_files(filepath={package!r}, repo="user_default", enable_on_install=True)
-import addon_utils, spectral_core
+import addon_utils, os, spectral_core
+from spectral_core.llvm_library import find_llvm
 from spectral_core.palette import presets, solve_palette
 scene = bpy.context.scene
 scene.render.engine = "SPECTRAL"
@@ -28,6 +29,7 @@ scene.spectral.render.samples = 1
 scene.render.filepath = {picture!r}
 answer = {{
     "core": spectral_core.__file__,
+    "llvm": find_llvm()[0] if sys.platform == "linux" else None,
     "status": str(solve_palette(presets.hidden_mark()).status),
     "rendered": list(bpy.ops.render.render(write_still=True)),
     "violations": [str(item) for item in getattr(addon_utils, "_extensions_warnings", {{}}).values()],
@@ -55,6 +57,8 @@ def package() -> Path:
 def test_zip_installs_solves_renders_and_leaves_nothing(package: Path, tmp_path: Path) -> None:
     picture = tmp_path / "picture.png"
     code = INSIDE.format(root=str(ROOT), package=str(package), picture=str(picture))
+    for name in ("DRJIT_LIBLLVM_PATH", "SPECTRAL_SCENE_LLVM"):
+        os.environ.pop(name, None)
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile"), "PYTHONPATH": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, timeout=280,
                           env=environment)  # fmt: skip
@@ -64,6 +68,8 @@ def test_zip_installs_solves_renders_and_leaves_nothing(package: Path, tmp_path:
 
     assert answer["core"].startswith(str(tmp_path / "profile"))
     assert answer["status"] == "solved"
+    if sys.platform == "linux":
+        assert answer["llvm"].startswith(str(tmp_path / "profile")), "the zip carries an LLVM, and it comes first"
     assert answer["rendered"] == ["FINISHED"]
     assert answer["violations"] == []
     assert answer["left_behind"] == []

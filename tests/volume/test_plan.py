@@ -33,7 +33,7 @@ def test_stated_error_is_within_three_decibels(renderers, name, function):
     transfer = preset(function, renderer.volume)
     view = View.around(renderer.volume, 50.0, 30.0, width=72, height=72)
     made = plan(renderer, view, transfer, 45.0)
-    fine = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated", 0.0)
+    fine = Stepping("uniform", "midpoint" if transfer.uses_gradient else "preintegrated", 0.0)
     scale = 0.5 * Pilot(renderer, view, transfer, 50.0).reference_scale
     exact = renderer.render(view, transfer, replace(fine, scale=scale)).picture()
     measured = snr_db(exact, renderer.render(view, transfer, made.stepping).picture() - exact)

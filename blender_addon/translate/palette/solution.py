@@ -16,7 +16,7 @@ from .table import places
 def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finished: bool = True) -> None:
     """Write spectra, colors, errors and status of a solution into the properties that panels show.
 
-    ``finished``: whether conflicts were looked for; if not, those that are shown stay while wishes are missed.
+    ``finished``: whether conflicts were looked for; if not, those that are shown stay while targets are missed.
     """
     for light, spectrum in zip(palette.lights, solution.illuminants, strict=True):
         _store_result(light.result, spectrum, Illuminant)

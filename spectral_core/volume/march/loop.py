@@ -19,7 +19,6 @@ from typing import Any
 from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
 from spectral_core.volume.march.path import FieldPath, Path
 from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Seen, Step, quadrature_of
-from spectral_core.volume.march.rules import SHORTEST_STEP
 
 
 @dataclass(frozen=True)
@@ -164,7 +163,7 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
     if data.adapts:
         # Light from further on counts less and less: an error there may be larger.
         planned *= step_growth(data.volume.types, transmittance)
-    planned = bounded(planned, SHORTEST_STEP, data.grid.longest)
+    planned = bounded(planned, data.shortest_step, data.grid.longest)
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)
     leap = field.rays.line.skip(place)

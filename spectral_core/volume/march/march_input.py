@@ -20,15 +20,17 @@ class Limits:
     """Where a march gives up exactness for time.
 
     A ray ends at ``least_transmittance``. Through values that show nothing it goes up to ``boldest`` times as far as
-    is certain before looking whether it has missed anything; 1 misses nothing, to a thousandth of a voxel.
+    is certain before looking whether it has missed anything; 1 misses nothing, to a thousandth of a voxel. No step is
+    shorter than ``shortest_step`` voxels: by default the thesis' "hundred times the frequency of the data grid".
     """
 
     least_transmittance: float = 1e-5
     boldest: float = 2.0
+    shortest_step: float = 0.01
 
 
 USUAL = Limits()
-REFERENCE = Limits(1e-7, 1.0)
+REFERENCE = Limits(1e-7, 1.0, 1.0 / 512.0)
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ class MarchInput:
     quadrature: Quadrature = "midpoint"
     least_transmittance: Any = USUAL.least_transmittance
     boldest: Any = USUAL.boldest
+    shortest_step: Any = USUAL.shortest_step
     gradient: DeviceVolume | None = None
     """Gradient magnitudes and, in ``weights``, the materials' weights over them: a two-dimensional function."""
     weights: DeviceTable | None = None

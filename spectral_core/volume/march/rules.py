@@ -25,7 +25,6 @@ from spectral_core.volume.march.tables import TransferTable
 
 Rule = Literal["uniform", "thesis", "error"]
 RULES: tuple[Rule, ...] = ("uniform", "thesis", "error")
-SHORTEST_STEP = 0.01  # voxels: the thesis' "hundred times the frequency of the data grid"
 
 
 @dataclass(frozen=True, eq=False)
