@@ -109,8 +109,17 @@ def test_a_measured_luminaire(build, translate):
     assert scene.lights[0].photometry is None and any("TILT=" in note.message for note in scene.notes)
 
 
-@pytest.mark.parametrize("text", ["", "TILT=NONE\n1 2 x", "TILT=NONE\n1 2 3",
-                                  IES.replace(" 3 1 1 2", " 99999 99999 1 2"), IES.replace(" 3 1 1 2", " 3 1 3 2"), IES.replace("100 80 20", "100 80")])  # fmt: skip
+BAD_TABLES = {
+    "empty": "",
+    "no number": "TILT=NONE\n1 2 x",
+    "too short": "TILT=NONE\n1 2 3",
+    "huge": IES.replace(" 3 1 1 2", " 99999 99999 1 2"),
+    "type A": IES.replace(" 3 1 1 2", " 3 1 3 2"),
+    "cut off": IES.replace("100 80 20", "100 80"),
+}
+
+
+@pytest.mark.parametrize("text", BAD_TABLES.values(), ids=BAD_TABLES)
 def test_bad_luminaires_are_refused(text):
     with pytest.raises(FileFormatError):
         read_ies(text)
