@@ -342,3 +342,17 @@ def test_commands_name_the_storages_that_there_are() -> None:
         storage_named("band31")
     with pytest.raises(InvalidInputError, match="none of dial"):
         storage_of_document("bands", list(np.linspace(390, 700, 31)))
+
+
+def test_the_smaller_picture_that_is_offered_fits(monkeypatch) -> None:
+    """The size in the message is the largest that memory holds, to a percent of its edge."""
+    import re
+
+    from spectral_core.render.relight import memory
+
+    monkeypatch.setattr(memory, "available_bytes", lambda: 12e9)
+    storage = BandStorage(121)
+    with pytest.raises(InvalidInputError, match="a picture of") as refused:
+        memory.require_memory(storage, (3840, 2160), 6)
+    width, height = map(int, re.findall(r"picture of (\d+)×(\d+)", str(refused.value))[0])
+    assert 0.97 * 12e9 < memory.peak_bytes(storage, width, height, 6) <= 12e9

@@ -105,7 +105,6 @@ class FirstHit:
 
     def _table(self) -> Any:
         """Flag per registry number of a shape."""
-
         mi = self.mitsuba
         numbers = [int(self._number(mi.ShapePtr(shape))[0]) for shape in self.hidden]
         flags = np.zeros(max(numbers) + 1, np.uint32)
