@@ -85,6 +85,8 @@ def _block_error(first, second):
 
 @dataclass
 class Picture:
+    """What a render is compared by."""
+
     pixels: np.ndarray
     band_pixels: np.ndarray
 
