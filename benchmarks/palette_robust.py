@@ -27,17 +27,17 @@ def run(options: Options) -> dict:
     figures: dict = {"printed": {"pair_delta_e_2000": pairs_by_observer(printed, thesis.light("d65"), thesis.GRID)}}
     print("largest ΔE2000 between D65 metamers  " + " ".join(f"{name:>15}" for name in OBSERVER_NAMES) + "   off by")
     _print("as printed in the thesis", figures["printed"])
-    one = replace(thesis.from_scratch(2 if options.quick else 20, 0.01), cells=_metamer_cells())
+    one = replace(thesis.from_scratch(2 if options.quick else 20, 0.01), cells=metamer_cells())
     figures["one observer"] = _redesigned("redesigned, 1 observer", one)
     four = replace(one, observers=OBSERVER_NAMES)
     figures["soft"] = _redesigned("4 observers, soft", four)
     figures["worst case"] = _redesigned("4 observers, worst case", replace(four, robustness="worst_case"))
-    rendered = replace(split_light(), cells=_metamer_cells(), observers=OBSERVER_NAMES)
+    rendered = replace(split_light(), cells=metamer_cells(), observers=OBSERVER_NAMES)
     figures["soft, as rendered"] = _redesigned("the same on the preset's grid", rendered)
     return figures
 
 
-def _metamer_cells() -> tuple[tuple[Cell, ...], ...]:
+def metamer_cells() -> tuple[tuple[Cell, ...], ...]:
     wanted = thesis.wanted_colors()
     rows = []
     for i in range(5):
@@ -61,8 +61,7 @@ def _redesigned(name: str, problem: PaletteProblem) -> dict:
 def pairs_by_observer(surfaces: list[Spectrum], light: Spectrum, grid: SpectralGrid) -> dict[str, float]:
     """Largest ΔE2000 between any two surfaces under a light, for each CIE observer."""
     kernel = color_kernel(grid, OBSERVER_NAMES)
-    at_points = np.stack([kernel.spectrum_at_points(each) for each in surfaces])
-    colors = kernel.colors(at_points, kernel.spectrum_at_points(light)[None])[:, :, 0]
+    colors = np.stack([kernel.color_of(light, surface) for surface in surfaces], axis=1)
     first, second = np.triu_indices(len(surfaces), 1)
     lab = lab_from_linear_rgb(colors)
     largest = delta_e_2000(lab[:, first], lab[:, second]).max(axis=1)

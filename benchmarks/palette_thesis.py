@@ -54,9 +54,10 @@ def _metamer_pair(options: Options) -> dict:
 
 
 def _split_lights(options: Options) -> dict:
-    rows = np.stack([thesis.reflectance(f"refl{i + 1}").values for i in range(5)])
-    columns = np.stack([thesis.light(name).values for name in ("d65", "split1", "split2")])
-    shown = color_kernel(thesis.GRID).colors(rows, columns)[0] * 255
+    rows = [thesis.reflectance(f"refl{i + 1}") for i in range(5)]
+    columns = [thesis.light(name) for name in ("d65", "split1", "split2")]
+    kernel = color_kernel(thesis.GRID)
+    shown = 255 * np.array([[kernel.color_of(light, row)[0] for light in columns] for row in rows])
     lights = solve_palette(thesis.lights_only(), explain=False)
     draw_palette(lights, options.out / "figure_5_2_printed.png")
     away = [

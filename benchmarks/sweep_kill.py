@@ -42,7 +42,9 @@ def run(options: Options) -> dict[str, Any]:
     counts = Counter((folder / "killed.log").read_text().splitlines())
     starts = [count for line, count in counts.items() if line.startswith("start ")]
     ends = [count for line, count in counts.items() if line.startswith("end ")]
-    torn = [str(p.name) for p in (folder / "killed.cdb").rglob("*.tmp")] + check_folder(folder / "killed.cdb")
+    torn = [str(p.name) for p in (folder / "killed.cdb").rglob(".spectral-unfinished-*")] + check_folder(
+        folder / "killed.cdb"
+    )
     torn += _unreadable(folder / "killed.cdb")
     with Store.open(folder / "killed.cdb") as store:
         aside = len(store.ledger.rows("failed"))

@@ -10,14 +10,14 @@ from importlib import import_module
 from types import ModuleType
 
 FEATURES = {
-    "properties": ("spectrum", "palette_cell", "palette", "render", "dial", "board", "scene", "volume"),
-    "editing": ("spectrum", "palette.live", "dial.live", "dial.changes", "board.live"),
+    "properties": ("spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "scene", "volume"),
+    "editing": ("spectrum", "palette.live", "dial.live", "dial.changes", "board.live", "sweep"),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
-        "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board",
+        "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep",
     ),
     "drawing": ("icons", "overlay", "dial"),
-    "panels": ("spectrum", "palette", "render", "volume", "dial", "board"),
+    "panels": ("spectrum", "palette", "render", "volume", "dial", "board", "sweep"),
 }  # fmt: skip
 """Folder to its modules that Blender must learn of."""
 

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from . import command_line, engine, interface, jobs
+from . import command_line, engine, interface, jobs, preferences
 
-MODULES = (*interface.MODULES, jobs, engine, command_line)
+MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
 
 
 def register() -> None:

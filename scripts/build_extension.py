@@ -27,29 +27,35 @@ PLATFORM_TAGS = {
     "macos-arm64": ["macosx_11_0_arm64", "macosx_12_0_arm64", "macosx_14_0_arm64"],
 }
 BUNDLED = [
-    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "OpenEXR"),
+    *("mitsuba", "drjit", "scipy", "daqp", "piqp", "threadpoolctl", "OpenEXR"),
     *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
     *("importlib_resources", "typing_extensions", "packaging"),
 ]
 """Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
 
 
-def run(*command: str, cwd: Path = ROOT) -> None:
+def run(*command: str, cwd: Path = ROOT) -> str:
     done = subprocess.run(command, cwd=cwd, capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"extension: {' '.join(command[:6])} … failed:\n{done.stdout[-3000:]}{done.stderr[-3000:]}")
+    return done.stdout
 
 
-def versions() -> dict[str, str]:
-    """Version of each bundled package, as constraints.txt pins it: what was tested is what is shipped."""
-    pins = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
-    by_name = {name.lower().replace("_", "-"): version for name, version in pins.items()}
-    return {package: by_name[package.lower().replace("_", "-")] for package in BUNDLED}
+def locked() -> list[str]:
+    """Requirement of each bundled package with its hashes, as requirements.lock has it: what was tested is shipped."""
+    text = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
+    by_name = {line.split("==")[0].strip(): line for line in text.splitlines() if "==" in line}
+    found = []
+    for package in BUNDLED:
+        pinned, *hashes = by_name[package.lower().replace("_", "-")].split("--hash")
+        # without the marker, which speaks of the Python that runs this and not of the one that is fetched for
+        found.append(" ".join([pinned.split(";")[0].strip(), *(f"--hash{each.strip()}" for each in hashes)]))
+    return found
 
 
 def download(platform: str, pythons: list[str]) -> list[Path]:
     """The bundled packages' wheels for one platform, kept in wheels/ between builds."""
-    wanted = [f"{package}=={version}" for package, version in versions().items()]
+    wanted = locked()
     found: list[Path] = []
     for python in pythons:
         folder = CACHE / platform / python
@@ -57,9 +63,12 @@ def download(platform: str, pythons: list[str]) -> list[Path]:
         if not stamp.exists() or stamp.read_text() != "\n".join(wanted):
             shutil.rmtree(folder, ignore_errors=True)
             print(f"extension: fetching wheels for Python {python} on {platform}", flush=True)
+            folder.mkdir(parents=True)
+            listed = folder / "requirements.txt"
+            listed.write_text("\n".join(wanted))
             tags = [part for tag in PLATFORM_TAGS[platform] for part in ("--platform", tag)]
             run(sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:", "--dest",
-                str(folder), "--python-version", python, *tags, *wanted)  # fmt: skip
+                str(folder), "--python-version", python, *tags, "--require-hashes", "-r", str(listed))  # fmt: skip
             stamp.write_text("\n".join(wanted))
         found += folder.glob("*.whl")
     return list({path.name: path for path in found}.values())
@@ -103,6 +112,47 @@ def stage(wheels: list[Path], platform: str) -> None:
     manifest.write_text(manifest.read_text().replace("wheels = []", filled, 1))
 
 
+BASE_LIBRARIES = (
+    *("libc.so", "libm.so", "libdl.so", "libpthread.so", "librt.so", "ld-linux", "linux-vdso"),
+    *("libgcc_s", "libstdc++"),
+)
+"""What every Linux that Blender runs on has: to carry another copy of these would break things."""
+
+
+def bundle_llvm(folder: Path) -> str:
+    """Copy an LLVM from 17 on and what it needs into ``folder``, each with its licence; a line about it."""
+    sys.path.insert(0, str(ROOT))
+    from spectral_core.llvm_library import find_llvm
+
+    found = find_llvm()
+    if found is None:
+        return "no LLVM: none from 17 on is installed here (apt install libllvm19), so the artist must bring one"
+    library = Path(found[0]).resolve()
+    needed = re.findall(r"^\s*(\S+) => (/\S+)", run("ldd", str(library)), re.MULTILINE)
+    (folder / "licenses").mkdir(parents=True)
+    for name, path in [(library.name, str(library)), *needed]:
+        if name.startswith(BASE_LIBRARIES):
+            continue
+        shutil.copyfile(Path(path).resolve(), folder / name)
+        licence = _licence(Path(path))
+        if licence is None:
+            sys.exit(f"extension: the licence of {path} was not found; it cannot be carried without")
+        shutil.copyfile(licence[1], folder / "licenses" / f"{licence[0]}.txt")
+    size = sum(path.stat().st_size for path in folder.iterdir() if path.is_file()) / 1e6
+    return f"LLVM {found[1]} from {library.name} with {len(list(folder.glob('*.so*'))) - 1} libraries, {size:.0f} MB"
+
+
+def _licence(library: Path) -> tuple[str, Path] | None:
+    """Debian package of a library, and its statement of copyright and licence."""
+    for path in (library, library.resolve(), Path("/usr") / library.relative_to("/")):
+        done = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True)
+        if done.returncode == 0:
+            package = done.stdout.split(":")[0]
+            statement = Path("/usr/share/doc") / package / "copyright"
+            return (package, statement) if statement.exists() else None
+    return None
+
+
 def blender_tool() -> list[str]:
     """Blender's own extension builder, as bpy ships it; pure Python, it needs no Blender running."""
     spec = importlib.util.find_spec("bpy")
@@ -121,10 +171,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", action="append", choices=PYTHONS, help="only for this Python (may be repeated)")
     parser.add_argument("--platform", default="linux-x64", choices=PLATFORM_TAGS)
+    parser.add_argument("--without-llvm", action="store_true", help="leave the LLVM library out, for a quick try")
     parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
     given = parser.parse_args()
     wheels = [core_wheel(), *download(given.platform, given.python or list(PYTHONS))]
     stage(wheels, given.platform)
+    if given.platform == "linux-x64" and not given.without_llvm:
+        print(f"extension: {bundle_llvm(STAGE / 'llvm')}")
     DIST.mkdir(exist_ok=True)
     version = tomllib.loads((ROOT / "blender_addon" / "blender_manifest.toml").read_text())["version"]
     package = DIST / f"{given.name}-{version}.zip"

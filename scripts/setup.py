@@ -21,7 +21,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / "bin" / "python"
-STAMP = VENV / ".set-up"
+STAMP, UNFINISHED = VENV / ".set-up", VENV / ".unfinished"
+LOCK = "requirements.lock"
 OLDEST_LLVM = 17  # 15 and 16 abort in drjit's code generation: "Cannot select: fminimum"
 
 # library that bpy or drjit links to -> Debian and Ubuntu package that holds it
@@ -115,32 +116,67 @@ def system_libraries() -> None:
 
 
 def wanted() -> str:
-    """Changes whenever what is to be installed changes."""
-    parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", "constraints.txt")]
-    return hashlib.sha256(b"\0".join([*parts, sys.version.encode()])).hexdigest()
+    """Changes whenever what is to be installed changes, or the Python that it is installed for."""
+    parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", LOCK)]
+    return hashlib.sha256(b"\0".join([*parts, sys.version.encode(), str(VENV).encode()])).hexdigest()
+
+
+def whats_wrong() -> str:
+    """Why .venv cannot be used as it is; "" where it can, or where there is none."""
+    if not os.path.lexists(VENV):
+        return ""
+    if UNFINISHED.exists():
+        return "its set-up was interrupted"
+    code = "import sys, pip; print(sys.version); print(sys.prefix)"
+    try:
+        done = subprocess.run([str(PYTHON), "-I", "-c", code], capture_output=True, text=True, timeout=60)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"its Python does not start ({error})"
+    if done.returncode:
+        return f"its Python or pip is broken ({(done.stderr.strip() or 'no message').splitlines()[-1]})"
+    *version, prefix = done.stdout.strip().splitlines()
+    if " ".join(version).split()[0] != sys.version.split()[0]:
+        return f"it is of Python {' '.join(version).split()[0]}, this is {sys.version.split()[0]}"
+    if Path(prefix).resolve() != VENV.resolve():
+        return f"it belongs to {prefix}"
+    return ""
 
 
 def packages() -> None:
-    if STAMP.exists() and STAMP.read_text() == wanted() and PYTHON.exists():
+    """Make .venv as the lock file says, from scratch where the one that is there cannot be trusted."""
+    wrong = whats_wrong()
+    if not wrong and STAMP.exists() and STAMP.read_text() == wanted():
         return
-    if not PYTHON.exists():
+    if wrong:
+        say(f".venv is made anew: {wrong}")
+        if VENV.is_symlink() or VENV.is_file():
+            VENV.unlink()
+        else:
+            shutil.rmtree(VENV)
+    if not VENV.exists():
         say(f"making .venv with Python {sys.version.split()[0]}")
-        venv.create(VENV, with_pip=True)
+        VENV.mkdir()
+        UNFINISHED.touch()
+        try:
+            venv.create(VENV, with_pip=True)
+        except subprocess.CalledProcessError:
+            say("Python's own pip cannot be installed; on Debian and Ubuntu: apt install python3-venv")
+            sys.exit(1)
+    UNFINISHED.touch()
+    STAMP.unlink(missing_ok=True)
     say("installing the packages (bpy and Mitsuba are large: a minute or two)")
-    pip = [
-        str(PYTHON),
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--constraint",
-        "constraints.txt",
-    ]
-    if subprocess.run([*pip, "--editable", ".[all,dev]"], cwd=ROOT).returncode:
+    pip = [str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    # Each file is compared with its hash; this checkout itself is built with what was just installed.
+    install(*pip, "--require-hashes", "--requirement", LOCK)
+    install(*pip, "--no-deps", "--no-build-isolation", "--editable", ".")
+    STAMP.write_text(wanted())
+    UNFINISHED.unlink()
+
+
+def install(*command: str) -> None:
+    if subprocess.run(command, cwd=ROOT).returncode:
         say("pip failed; its words are above. Is there a network, and is this Python 3.11?")
         sys.exit(1)
-    STAMP.write_text(wanted())
 
 
 def main() -> None:

@@ -7,15 +7,20 @@ Those before 17 cannot select x86's fminimum and fmaximum, which Dr.Jit emits fo
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 OLDEST_LLVM = 17
+OWN_VARIABLE = "SPECTRAL_SCENE_LLVM"
+"""Environment variable with a library, or with the folder of one."""
 LLVM_INSTALL_HINT = (
     f"install LLVM {OLDEST_LLVM} or newer (Debian and Ubuntu: sudo apt install libllvm19 or the newest libllvm; macOS: "
-    "brew install llvm; Windows: the LLVM installer), or name its shared library in DRJIT_LIBLLVM_PATH"
+    "brew install llvm; Windows: the LLVM installer), or name its shared library in the extension's preferences or in "
+    "the environment variable SPECTRAL_SCENE_LLVM"
 )
 _PLACES = {
     "linux": (
@@ -33,12 +38,16 @@ _PLACES = {
 def find_llvm() -> tuple[str, int] | None:
     """Path and major version of the newest LLVM shared library from ``OLDEST_LLVM`` on; None where there is none.
 
-    ``DRJIT_LIBLLVM_PATH`` wins when it is set. A library whose name tells no version counts as new enough.
+    ``DRJIT_LIBLLVM_PATH`` wins when it is set, then the library or folder that ``SPECTRAL_SCENE_LLVM`` names: what the
+    artist chose in the preferences, or what the extension carries. A name that tells no version counts as new enough.
     """
     chosen = os.environ.get("DRJIT_LIBLLVM_PATH")
     if chosen:
         version = llvm_version(Path(chosen)) or OLDEST_LLVM
         return (chosen, version) if Path(chosen).exists() and version >= OLDEST_LLVM else None
+    own = _own_library()
+    if own is not None:
+        return own
     found = []
     for pattern in _PLACES.get(sys.platform, _PLACES["linux"]):
         anchor = Path(pattern).anchor
@@ -54,7 +63,56 @@ def use_newest_llvm() -> None:
     """Name this machine's newest LLVM in DRJIT_LIBLLVM_PATH, unless that is set; call it before Dr.Jit starts."""
     found = find_llvm()
     if found is not None:
-        os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[0])
+        use_llvm(found[0])
+
+
+def use_llvm(library: str) -> None:
+    """Let Dr.Jit load this library, unless DRJIT_LIBLLVM_PATH names one; call it before Dr.Jit starts."""
+    load_neighbors(Path(library))
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", library)
+
+
+def load_neighbors(library: Path) -> bool:
+    """Load a library that the extension carries, with those that lie beside it; whether that worked.
+
+    The loader looks for what a library needs in the system's folders alone. What is loaded already it takes by name.
+    """
+    if not (library.parent / "licenses").is_dir():  # a library of the system
+        return True
+    left = [path for path in library.parent.iterdir() if ".so" in path.name]
+    while left:
+        failed = [path for path in left if not _loads(path)]
+        if len(failed) == len(left):
+            return library not in failed
+        left = failed
+    return True
+
+
+def _loads(path: Path) -> bool:
+    try:
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_LOCAL)  # their symbols are nobody else's business
+    except OSError:
+        return False
+    return True
+
+
+@cache
+def _checked(library: Path) -> bool:
+    """Whether a library that the extension carries loads here: it needs a C library as new as its own."""
+    return load_neighbors(library)
+
+
+def _own_library() -> tuple[str, int] | None:
+    chosen = os.environ.get(OWN_VARIABLE)
+    if not chosen:
+        return None
+    place = Path(chosen)
+    candidates = sorted(place.glob("libLLVM*")) if place.is_dir() else [place]
+    for path in candidates:
+        version = llvm_version(path) or OLDEST_LLVM
+        if path.is_file() and version >= OLDEST_LLVM and _checked(path):
+            return str(path), version
+    return None
 
 
 def llvm_version(path: Path) -> int | None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -124,3 +125,43 @@ def test_benchmarks_refuse_what_they_do_not_know(capsys):
 
     assert benchmarks(["palette-spead"]) == 2 and "palette-speed" in capsys.readouterr().err
     assert benchmarks(["palette-speed", "--quik"]) == 2 and "no option --quik" in capsys.readouterr().err
+
+
+CLI = [sys.executable, "-P", "-m", "spectral_core.cli"]
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="pipes and /dev/full as Unix has them")
+
+
+@POSIX
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_without_utf_8_shows_every_letter_plainly(encoding: str, tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "LC_ALL": "C", "PYTHONUTF8": "0"}
+    line = [*CLI, "design", "--preset", "hidden_mark", "--out", str(tmp_path / "out")]
+    done = subprocess.run(line, capture_output=True, cwd=tmp_path, env=environment)
+
+    assert done.returncode == 0, done.stderr
+    assert b"dE2000" in done.stdout
+    assert (tmp_path / "out" / "solution.json").is_file()
+
+
+@POSIX
+def test_a_closed_pipe_ends_quietly_and_the_files_are_there(tmp_path: Path) -> None:
+    line = [*CLI, "design", "--preset", "hidden_mark", "--out", str(tmp_path / "out")]
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(line, stdout=writing, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    os.close(writing)
+
+    assert "Traceback" not in done.stderr and "Exception" not in done.stderr
+    assert done.returncode == 141
+    assert (tmp_path / "out" / "solution.json").is_file()
+
+
+@POSIX
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_an_output_that_takes_nothing_is_one_line(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        line = [*CLI, "lattice", "--dims", "2", "--points", "8"]
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and "No space left" in done.stderr

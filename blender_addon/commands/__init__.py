@@ -3,9 +3,15 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from spectral_core import cli
+
+if TYPE_CHECKING:
+    from spectral_core.explore.sweep.parameters import Space
 
 
 def command_names() -> list[str]:
@@ -15,4 +21,19 @@ def command_names() -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
-    return cli.main(arguments, [__name__])
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given[:1] in (["sweep"], ["explore"]):
+        from spectral_core.explore.sweep.document import register_compute
+
+        register_compute("blend", _blend_node)
+    return cli.main(given, [__name__])
+
+
+def _blend_node(table: dict[str, Any], space: Space, folder: Path) -> Any:
+    """The compute node of a .blend file; Blender's module is only loaded where a sweep asks for it."""
+    from ._blend import require_blender
+
+    require_blender()
+    from ..editing.sweep_node import blend_node
+
+    return blend_node(table, space, folder)

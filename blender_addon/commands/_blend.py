@@ -30,7 +30,7 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
         "--set", dest="overrides", action="append", default=[], metavar="EFFECT=VALUE",
         help="a decision of the plan to take over, e.g. bounces=4; `spectral-scene plan` lists them",
     )  # fmt: skip
-    parser.add_argument("--variant", choices=["llvm", "cuda", "scalar"], help="what traces: default the best there is")
+    parser.add_argument("--variant", choices=["llvm", "cuda"], help="what traces: default the best there is")
 
 
 def open_scene(arguments: argparse.Namespace) -> Any:
@@ -64,6 +64,11 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     if scene.camera is None:
         raise InvalidInputError(f"the scene {scene.name!r} of {path.name} has no camera; add one to it and save it")
     return scene
+
+
+def require_blender() -> None:
+    """Load Blender's Python module with the extension enabled. Raises MissingDependencyError where it is absent."""
+    _bpy()
 
 
 def _override(settings: Any, text: str) -> None:

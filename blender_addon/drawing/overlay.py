@@ -66,7 +66,8 @@ def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
 
 def line_color(number: int) -> tuple[float, float, float, float]:
     """Color of a curve by its place in the table: told apart also by color-blind eyes, unlike the spectra's own colors,
-    which a palette makes equal on purpose."""
+    which a palette makes equal on purpose.
+    """
     return (*DISTINCT_COLORS[number % len(DISTINCT_COLORS)], 1.0)
 
 
@@ -75,7 +76,7 @@ def _draw_plot(plot: Plot, curves: Sequence[Curve], active: int, scale: float) -
     import blf
 
     draw_triangles(plot.corners(), BACKGROUND)
-    inner = plot.within(left=34 * scale, bottom=18 * scale, right=8 * scale, top=22 * scale)
+    inner = plot.within(left=40 * scale, bottom=18 * scale, right=8 * scale, top=22 * scale)
     blf.size(FONT, 11 * scale)
     for ends in inner.rules():
         draw_line(ends, TICK, 1.0)
@@ -89,7 +90,7 @@ def _draw_plot(plot: Plot, curves: Sequence[Curve], active: int, scale: float) -
     for mark, ends in inner.ticks():  # after the curves, which would cover the numbers
         _write_centered(f"{mark}", ends[0, 0], plot.y + 4 * scale)
     for value, ends in zip((inner.low, inner.high), inner.rules(), strict=True):
-        text = f"{value:.3g}"
+        text = f"{value:.2g}"
         write(text, inner.x - blf.dimensions(FONT, text)[0] - 5 * scale, ends[0, 1] - 4 * scale, TEXT)
     write("nm", inner.x + inner.width - blf.dimensions(FONT, "nm")[0], plot.y + 4 * scale, TEXT)
     _write_names(plot, curves, scale)

@@ -48,7 +48,6 @@ class _Recording:
     def of(cls, context: Context) -> "_Recording":
         """Translate the scene and find what shines in it."""
         dial, scene = dial_in(context), _as_rendered(context)
-        _require_a_dial(scene, dial.one_per_light)
         names = {thing.name for thing in (*scene.lights, *scene.instances)}
         shown = [thing for thing in bpy.data.objects if thing.name_full in names]
         members = members_of(context.scene, shown, dial.one_per_light)
@@ -76,19 +75,6 @@ class _Recording:
 
     def _note(self, progress: "Progress") -> None:
         self.progress = progress.samples / progress.total
-
-
-def _require_a_dial(scene: "SpectralScene", one_per_light: bool) -> None:
-    """Raise InvalidInputError before anything is rendered where a dial cannot hold the scene's lights."""
-    from spectral_core.render.relight.dial import MOST_BULBS
-    from spectral_core.render.relight.transport import light_groups, one_group_per_light
-
-    count = len(light_groups(one_group_per_light(scene) if one_per_light else scene))
-    if count > MOST_BULBS:
-        raise InvalidInputError(
-            f"this scene would have {count} bulbs, and a dial holds at most {MOST_BULBS}; give lights that belong "
-            "together a light group (Object, Shading), and switch One per Light off"
-        )
 
 
 def _as_rendered(context: Context) -> "SpectralScene":

@@ -74,7 +74,7 @@ def _solve(context: Context) -> PaletteSolution:
 
 
 class SPECTRAL_OT_palette_solve(bpy.types.Operator):
-    """Find spectra that come as near to all wishes as they can"""
+    """Find spectra that meet all targets as closely as they can"""
 
     bl_idname = "spectral.palette_solve"
     bl_label = "Solve"
@@ -91,7 +91,7 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     """Stop caring about one cell, and solve again"""
 
     bl_idname = "spectral.palette_relieve"
-    bl_label = "Let Go of Cell"
+    bl_label = "Ignore Cell"
     bl_options = UNDOABLE
     row: IntProperty(min=0)
     column: IntProperty(min=0)

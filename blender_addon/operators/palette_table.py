@@ -10,7 +10,7 @@ from bpy.types import ID, Context, PropertyGroup, bpy_prop_collection
 from spectral_core.errors import InvalidInputError
 
 from ..editing.palette import live
-from ..properties.palette_cell import WISH
+from ..properties.palette_cell import ASKED
 from ..translate.palette import table
 from .common import UNDOABLE, palette_in, reporting, require_index
 
@@ -109,7 +109,7 @@ class SPECTRAL_OT_palette_move(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_select(bpy.types.Operator):
-    """Show the wishes of this cell, its material and its light below the table"""
+    """Show what is asked of this cell, its material and its light below the table"""
 
     bl_idname = "spectral.palette_select"
     bl_label = "Select Cell"
@@ -124,7 +124,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
         if 0 <= properties.row < len(palette.materials) and 0 <= properties.column < len(palette.lights):
             cell = palette.materials[properties.row].cells[properties.column]
             names = f"{palette.materials[properties.row].name} under {palette.lights[properties.column].name}"
-            return f"{names}: {cell.error_text}. Click to edit the wish below the table"
+            return f"{names}: {cell.error_text}. Click to edit it below the table"
         return "Click to edit it below the table"
 
     @reporting
@@ -150,7 +150,7 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
         palette = palette_in(context)
         cell = table.active_cell(palette)
         if cell is None or cell.mode not in table.REFERRING:
-            raise InvalidInputError("select a cell whose wish is Same As, Constant or Distinct first")
+            raise InvalidInputError("select a cell whose target is Same As, Constant or Distinct first")
         other = (
             require_index("material", self.row, len(palette.materials)),
             require_index("light", self.column, len(palette.lights)),
@@ -167,10 +167,10 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_spread(bpy.types.Operator):
-    """Give every cell of the selected row or column the wish, weight and exactness of the selected cell"""
+    """Give every cell of the selected row or column the target, weight and exactness of the selected cell"""
 
     bl_idname = "spectral.palette_spread"
-    bl_label = "Copy Wish"
+    bl_label = "Copy Target"
     bl_options = UNDOABLE
     side: EnumProperty(name="To all of the", items=SIDES)
 
@@ -185,7 +185,7 @@ class SPECTRAL_OT_palette_spread(bpy.types.Operator):
         with table.paused():
             for place, other in table.places(palette):
                 if place != here and place[same] == here[same]:
-                    for name in WISH:
+                    for name in ASKED:
                         setattr(other, name, getattr(cell, name))
                     table.fill_references(other)
         live.edited(palette)

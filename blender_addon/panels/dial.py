@@ -131,7 +131,6 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     if len(dial.bulbs):
         row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
         row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
-    row.operator("spectral.dial_keep", text="", icon="FILE_TICK")
     if dial.facts:
         facts = box.column()
         facts.active = False

@@ -12,8 +12,9 @@ from .palette_table import draw_table
 from .parts import wrapped
 
 STATUS = {
-    "solved": ("CHECKMARK", "All wishes met"),
+    "solved": ("CHECKMARK", "All targets met"),
     "compromise": ("ERROR", "A compromise"),
+    "still_improving": ("TIME", "Still improving: solve to continue"),
     "exact_conflict": ("ERROR", "Exact cells conflict"),
     "invisible": ("ERROR", "A light shows nothing"),
     "inaccurate": ("CANCEL", "Not reliable"),
@@ -124,7 +125,7 @@ def _duration(milliseconds: float) -> str:
 
 
 def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conflict: PropertyGroup) -> None:
-    """A cell that misses its wish, and a button that lets go of the one that stands in its way."""
+    """A cell that misses its target, and a button that relaxes the cell that conflicts with it."""
     rows = {material.uid: row for row, material in enumerate(palette.materials)}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
     line = box.row()
@@ -134,7 +135,7 @@ def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conf
         show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
     if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
         row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
-        name = f"Let go of {palette.materials[row].name}, {palette.lights[column].name}"
+        name = f"Ignore {palette.materials[row].name}, {palette.lights[column].name}"
         relieve = box.operator("spectral.palette_relieve", text=name)
         relieve.row, relieve.column = row, column
 

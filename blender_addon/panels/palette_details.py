@@ -27,7 +27,7 @@ def _split(layout: UILayout) -> UILayout:
 
 
 def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """Wish of the selected cell."""
+    """What is asked of the selected cell."""
     cell = active_cell(palette)
     if cell is None:
         layout.label(text="Add a light and a material first")
@@ -35,7 +35,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
     material, light = palette.materials[palette.active_row], palette.lights[palette.active_column]
     layout.label(text=f"{material.name} under {light.name}", icon="RESTRICT_COLOR_ON")
     column = _split(layout.column())
-    column.prop(cell, "mode", text="Wish")
+    column.prop(cell, "mode", text="Target")
     if HINTS[cell.mode]:
         hint = layout.column()
         hint.active = False
@@ -61,7 +61,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
         weight.enabled = not cell.exact or cell.mode == "DISTINCT"
         weight.prop(cell, "weight")
     row = layout.row(align=True)
-    row.label(text="Copy wish to")
+    row.label(text="Copy to")
     row.operator("spectral.palette_spread", text="Column").side = "LIGHT"
     row.operator("spectral.palette_spread", text="Row").side = "MATERIAL"
 

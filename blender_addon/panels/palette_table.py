@@ -11,6 +11,8 @@ from .parts import CHARACTER_PIXELS, told_apart, width_of
 MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
 """Unscaled pixels below which two colors and a number are no longer told apart."""
+BUTTON_PIXELS = 16.0
+"""What a button keeps free at the sides of its text."""
 NARROW_CELL = 82.0
 """Unscaled pixels below which a cell has no room for "ΔE" before its number."""
 
@@ -28,7 +30,7 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
     flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
     room = width / columns
     flow.column().label(text="")
-    letters = int(room / CHARACTER_PIXELS) - 1
+    letters = int((room - BUTTON_PIXELS) / CHARACTER_PIXELS)
     lights = told_apart([light.name for light in palette.lights], letters)
     materials = told_apart([material.name for material in palette.materials], letters)
     for column in shown:

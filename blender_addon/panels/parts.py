@@ -12,8 +12,9 @@ from ..drawing.icons import curve_icon, swatch_icon
 from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, Swatch, swatches_of
 
-CHARACTER_PIXELS = 6.8
+CHARACTER_PIXELS = 6.4
 """Mean width of a letter of Blender's interface font, at scale 1."""
+ICON_PIXELS = 20.0
 
 
 def width_of(context: Context) -> float:
@@ -26,7 +27,8 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
     """A text in as many lines as the panel's width asks for."""
     column = layout.column(align=True)
     column.scale_y = 0.8
-    letters = max(20, int((width_of(context) - indent) / CHARACTER_PIXELS))
+    room = width_of(context) - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
+    letters = max(20, int(room / CHARACTER_PIXELS))
     for number, line in enumerate(textwrap.wrap(text, letters)):
         column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The palette of a scene: lights in columns, materials in rows, and how their wishes are weighed."""
+"""The palette of a scene: lights in columns, materials in rows, and how their targets are weighed."""
 
 from collections.abc import Callable
 
@@ -179,7 +179,7 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
 
 
 class SpectralPaletteConflict(bpy.types.PropertyGroup):
-    """A cell that misses its wish, and what would help."""
+    """A cell that misses its target, and what would help."""
 
     material_uid: IntProperty()
     light_uid: IntProperty()
@@ -201,7 +201,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
         name="Live",
         default=True,
         update=announces(Topic.PALETTE_LIVE),
-        description="Solve again at every change of a wish, weight or light",
+        description="Solve again at every change of a target, weight or light",
     )
     show_curves: BoolProperty(
         name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"

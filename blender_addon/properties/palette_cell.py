@@ -23,7 +23,7 @@ MODES = [
 ]
 REFERRING = ("SAME", "CONSTANT", "DISTINCT")
 BOXED = ("FREE", "SAME", "CONSTANT")
-WISH = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
+ASKED = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
 """What a cell asks for, besides the cells that it refers to: copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
@@ -51,10 +51,10 @@ class SpectralPaletteReference(bpy.types.PropertyGroup):
 
 
 class SpectralPaletteCell(bpy.types.PropertyGroup):
-    """A wish and its result."""
+    """What is asked of a material under a light, and what comes out."""
 
     mode: EnumProperty(
-        name="Wish",
+        name="Target",
         items=MODES,
         default="FIXED",
         update=announces(Topic.PALETTE_CELL_MODE),
@@ -89,14 +89,17 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
     actual_display: FloatVectorProperty(size=3)
     wanted_display: FloatVectorProperty(size=3)
     has_result: BoolProperty()
-    delta_e: FloatProperty(name="ΔE", default=NO_ERROR, description="CIEDE2000 between wanted and actual color")
+    delta_e: FloatProperty(
+        name="ΔE", default=NO_ERROR,
+        description="Largest CIEDE2000 between wanted and actual color, over observers and lamp variants",
+    )  # fmt: skip
     actual: FloatVectorProperty(
         name="Actual Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("actual_display"),
         description="The color that comes out. Click to read its numbers; it cannot be edited",
     )  # fmt: skip
     wanted: FloatVectorProperty(
-        name="Common Color", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("wanted_display"),
-        description="The color that was found for all cells of this group. Click to read its numbers",
+        name="Color to Match", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, **_shown("wanted_display"),
+        description="The color of the cell that this one refers to. Click to read its numbers",
     )  # fmt: skip
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral``: the palette, the render settings, the light dial and the mixing board of a scene."""
+"""``scene.spectral``: the palette, the render settings, the light dial, the mixing board and the sweep of a scene."""
 
 import bpy
 from bpy.props import PointerProperty
@@ -8,6 +8,7 @@ from .board import SpectralMixingBoard
 from .dial import SpectralLightDial
 from .palette import SpectralPalette
 from .render import SpectralRender
+from .sweep import SpectralSweep
 
 
 class SpectralScene(bpy.types.PropertyGroup):
@@ -17,6 +18,7 @@ class SpectralScene(bpy.types.PropertyGroup):
     render: PointerProperty(type=SpectralRender)
     dial: PointerProperty(type=SpectralLightDial)
     board: PointerProperty(type=SpectralMixingBoard)
+    sweep: PointerProperty(type=SpectralSweep)
 
 
 CLASSES = (SpectralScene,)

@@ -18,7 +18,11 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from spectral_core import __version__
+from spectral_core.cli import _terminal as terminal
 from spectral_core.errors import SpectralError
+
+CLOSED_PIPE = 141
+"""Exit status where whoever read the output stopped reading, as shells count SIGPIPE."""
 
 
 def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
@@ -65,6 +69,21 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
     packages : dotted names of further command packages, see ``command_packages``.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
+    terminal.make_writable()
+    try:
+        status = _run(given, packages)
+        sys.stdout.flush()  # here, where a full disk or a closed pipe can still be told from a fault
+        return status
+    except BrokenPipeError:  # `| head -1`: whoever read has seen enough
+        terminal.close_quietly()
+        return CLOSED_PIPE
+    except OSError as error:
+        terminal.close_quietly()
+        print(f"spectral-scene: the output cannot be written: {error.strerror}", file=sys.stderr)
+        return 1
+
+
+def _run(given: list[str], packages: Sequence[str]) -> int:
     parsed = _parser(given[0] if given else None, packages).parse_args(given)
     try:
         return int(parsed.run(parsed))
@@ -72,10 +91,11 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
         return _failed(parsed, error, str(error))
     except MemoryError as error:
         return _failed(parsed, error, f"not enough memory; ask for less ({error})")
+    except BrokenPipeError:
+        raise
     except OSError as error:
-        if error.filename is None:  # no file that the user named: a fault of this program, whose traceback is wanted
-            raise
-        return _failed(parsed, error, f"{error.filename}: {error.strerror}")
+        named = f"{error.filename}: " if error.filename is not None else ""
+        return _failed(parsed, error, f"{named}{error.strerror or error}")
     except KeyboardInterrupt:
         print(f"spectral-scene {parsed.command}: stopped", file=sys.stderr)
         return 130

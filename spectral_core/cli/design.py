@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"written to {folder}: {', '.join(written)}")
     if arguments.json:
         print(json.dumps(_summary(solution, folder, written)))
-    return 0 if solution.status.trusted else 1
+    return 0 if solution.status.usable else 1
 
 
 def _problem(arguments: argparse.Namespace) -> tuple[PaletteProblem, str]:

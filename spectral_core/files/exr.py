@@ -58,6 +58,8 @@ def read_exr(path: Path, what: str = "an EXR file") -> list[Any]:
             needed += 4 * (right - left + 1) * (top - bottom + 1) * max(len(header.get("channels", ())), 1)
         require_room(needed, path, held=size)
         parts: list[Any] = module.File(str(path), separate_channels=True).parts
+        if not parts:
+            raise FileFormatError(f"{path} has no part; expected {what}")
     return parts
 
 

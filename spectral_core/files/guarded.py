@@ -32,6 +32,7 @@ MOST_NESTING = 60
 MOST_EXPANSION, FREE_BYTES = 2000, 256 << 20
 """From FREE_BYTES on, numbers may take so many times the size of their file. No packing of real data reaches it."""
 
+_CHUNK = 1 << 20
 _BRACKETS = re.compile(r'"(?:[^"\\\n]|\\.)*"|[\[{]|[\]}]')
 
 
@@ -89,7 +90,10 @@ def require_regular(path: str | Path) -> None:
 def read_bytes(path: str | Path, most: int = MOST_TEXT_BYTES) -> bytes:
     """The bytes of a regular file of at most ``most`` bytes. Raises FileFormatError."""
     with open_regular(path) as stream:
-        data = stream.read(most + 1)  # the size that the system states is 0 for files such as those of /proc
+        # Python makes room for as much as is asked for; the size that the system states is 0 for files of /proc.
+        data = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
+        while len(data) <= most and (more := stream.read(_CHUNK)):
+            data += more
     if len(data) > most:
         raise FileFormatError(f"{path} is larger than {most / 2**20:g} MiB, the most that is read of such a file")
     return data

@@ -35,8 +35,7 @@ def design_grid(step_nm: float = 10.0) -> SpectralGrid:
 
 def light_color(light: Illuminant, grid: SpectralGrid | None = None) -> Array:
     """Linear RGB (3,) of a perfect white under the light."""
-    kernel = color_kernel(grid or light.grid)
-    return kernel.rgb_cmfs[0] @ kernel.spectrum_at_points(light)
+    return color_kernel(grid or light.grid).color_of(light)[0]
 
 
 def hidden_mark(

@@ -284,8 +284,8 @@ class PaletteProblem:
     reflectance_bounds: tuple[float, float] = (0.0, 1.0)
     light_bounds: tuple[float, float] = (0.0, np.inf)
     """Of light spectra, or of the amounts of primaries. Below 0 only for study: no lamp does it."""
-    rounds: int = 20
-    """At most this many alternations of reflectances and lights; they stop when nothing improves."""
+    rounds: int = 1000
+    """At most this many rounds of reflectances and lights; they stop when nothing improves. 1 is the thesis' way."""
     scale_lights: bool = False
     """Brighten all lights by one factor until the reflectances fit below their bound (section 5.5)."""
     observers: tuple[str, ...] = (STANDARD,)

@@ -3,24 +3,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
-from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.side import Assembler
+from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
-from spectral_core.palette.live.state import PaletteState
 from spectral_core.palette.problem import CellIndex, PaletteProblem
-from spectral_core.palette.qp.least_squares import Check
+from spectral_core.palette.qp.optimality import Check
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import XYZ_FROM_RGB
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 if TYPE_CHECKING:
-    from spectral_core.palette.solve import SolveTrace
+    from spectral_core.palette.design.rounds import SolveTrace
 
 Array = NDArray[np.float64]
 
@@ -30,14 +31,13 @@ WHITE_LIMIT = 1e-6
 """Distance, relative to the white, within which primaries count as making it."""
 
 
-def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> PaletteSolution:
+def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteSolution:
     """The solution that ``state`` is."""
     problem, wishes = builder.problem, builder.wishes
     actual = state.colors()
     errors = state_errors(problem, wishes, state)
     wanted, error = errors.target_linear_rgb, errors.delta_e_2000
     bounds = bound_violation(problem, state)
-    kkt = max((answer.check.kkt for answer in trace.answers.values()), default=0.0)
     whites = unreachable_whites(problem, state)
     status = _status(builder, state, trace, bounds, errors)
     if whites:
@@ -54,7 +54,7 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         residuals=criterion_residuals(builder, state, wanted, actual)
         | ({"worst_pair_delta_e_2000": errors.worst_pair_delta_e_2000} if wishes.groups else {})
         | _worst_case_left(trace),
-        kkt_residual=kkt,
+        kkt_residual=trace.joint.kkt,
         bound_violation=bounds,
         status=status,
         remedy=_white_remedy(problem, whites) if whites else REMEDIES[status],
@@ -64,9 +64,9 @@ def reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> P
         light_scale=state.light_scale,
         timings=dict(trace.timings),
         amounts=tuple(
-            None if basis is None else values for values, basis in zip(state.lights, state.light_bases, strict=True)
+            values if light.primaries else None for values, light in zip(state.lights, problem.lights, strict=True)
         ),
-        state=state,
+        state=replace(state, record=dict(trace.sides)),
     )
 
 
@@ -84,10 +84,11 @@ def unreachable_whites(problem: PaletteProblem, state: PaletteState) -> list[int
     from scipy.optimize import nnls
 
     found = []
-    for j, (light, basis) in enumerate(zip(problem.lights, state.light_bases, strict=True)):
-        if light.white_xyz is None or basis is None or problem.light_bounds[0] < 0:
+    for j, light in enumerate(problem.lights):
+        if light.white_xyz is None or problem.light_bounds[0] < 0:
             continue
-        xyz = XYZ_FROM_RGB @ (state.kernel.rgb_cmfs[0] @ basis)
+        own = state.given.primary_colors[j]
+        xyz = XYZ_FROM_RGB @ (state.kernel.bare[0] if own is None else own.T)
         size = np.maximum(np.abs(xyz).max(axis=0), 1e-300)
         _, miss = nnls(xyz / size, light.white_xyz / light.white_xyz.max())
         if miss > WHITE_LIMIT:
@@ -103,9 +104,9 @@ def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
     )
 
 
-def invisible_lights(builder: PhaseBuilder, state: PaletteState) -> list[int]:
+def invisible_lights(builder: Assembler, state: PaletteState) -> list[int]:
     """Lights in whose column a color other than black is asked, but which show none on this grid."""
-    sensed = np.abs(state.kernel.matrices(state.lights_at_points())[0]).max(axis=(1, 2))
+    sensed = np.abs(state.light_matrices()[0]).max(axis=(1, 2))
     asked = {t.cell[1] for t in builder.wishes.targets if np.any(t.color)}
     return [j for j in sorted(asked) if sensed[j] < 1e-12]
 
@@ -144,25 +145,27 @@ def exact_error(wishes: Wishes, actual: Array) -> tuple[float, list[CellIndex]]:
 
 
 def _status(
-    builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, bounds: float, errors: CellErrors
+    builder: Assembler, state: PaletteState, trace: SolveTrace, bounds: float, errors: CellErrors
 ) -> PaletteStatus:
     answers = trace.answers.values()
     worst, _ = exact_error(builder.wishes, state.colors())
     if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
         return PaletteStatus.EXACT_CONFLICT
-    if any(not answer.check.passed for answer in answers) or bounds > Check.BOUND_LIMIT:
+    if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE
     if invisible_lights(builder, state):
         return PaletteStatus.INVISIBLE
+    if not trace.settled:
+        return PaletteStatus.IMPROVING
     return PaletteStatus.COMPROMISE if errors.largest > VISIBLE_DELTA_E else PaletteStatus.SOLVED
 
 
-def criterion_residuals(builder: PhaseBuilder, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:
+def criterion_residuals(builder: Assembler, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:
     """Root mean square of what each criterion leaves, unweighted."""
     operator = second_differences(builder.problem.grid, builder.problem.smoothness_operator)
-    lights = zip(state.lights, state.light_bases, strict=True)
+    lights = zip(state.lights, builder.problem.lights, strict=True)
     shapes = [values for values in state.reflectances if values is not None]
-    shapes += [REFERENCE_STEP_NM * values for values, basis in lights if values is not None and basis is None]
+    shapes += [REFERENCE_STEP_NM * values for values, light in lights if values is not None and not light.primaries]
     known = np.isfinite(wanted)
     result = {
         "color": float(np.sqrt(np.mean((wanted - actual)[known] ** 2))) if known.any() else 0.0,

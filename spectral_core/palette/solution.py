@@ -20,18 +20,24 @@ VISIBLE_DELTA_E = 3.0
 
 
 class PaletteStatus(StrEnum):
-    """How a solve ended. The first two are checked optima; the others are not to be taken for what was asked."""
+    """How a solve ended. The first two are checked optima: neither reflectances nor lights alone can be better."""
 
     SOLVED = "solved"
     COMPROMISE = "compromise"
     EXACT_CONFLICT = "exact_conflict"
     INVISIBLE = "invisible"
     INACCURATE = "inaccurate"
+    IMPROVING = "still_improving"
 
     @property
     def trusted(self) -> bool:
         """Whether the answer passed the checks of optimality and bounds, and every exact wish holds."""
         return self in (PaletteStatus.SOLVED, PaletteStatus.COMPROMISE)
+
+    @property
+    def usable(self) -> bool:
+        """Whether bounds and exact cells hold, and the colors shown are those of the spectra; perhaps not the best."""
+        return self.trusted or self is PaletteStatus.IMPROVING
 
 
 REMEDIES = {
@@ -51,6 +57,9 @@ REMEDIES = {
     PaletteStatus.INACCURATE: (
         "No solver gave an answer that passed the check; the best try is shown, do not rely on it. Bring weights and "
         "light intensities nearer to each other, or add a little smoothness."
+    ),
+    PaletteStatus.IMPROVING: (
+        "The time or the rounds ended while the lights were still improving. Solve again to continue from here."
     ),
 }
 """What to do, for each status."""
@@ -86,7 +95,7 @@ class PaletteSolution:
     residuals: dict[str, float]
     """Root mean square by criterion: "color" (linear RGB), "smoothness", "subspace", "robust"."""
     kkt_residual: float
-    """Largest scaled violation of the optimality conditions of the last reflectance and light solves."""
+    """Largest scaled violation of the optimality conditions of either side, at these spectra."""
     bound_violation: float
     """How far any spectrum lies outside its bounds."""
     status: PaletteStatus

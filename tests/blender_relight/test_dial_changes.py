@@ -83,7 +83,7 @@ def test_too_many_lights_are_refused_before_anything_is_rendered(stage):
     for number in range(70):
         stage.collection.objects.link(bpy.data.objects.new(f"L{number}", bpy.data.lights.new("L", "POINT")))
     jobs.records.clear()
-    with pytest.raises(RuntimeError, match=r"74 bulbs, and a dial holds at most 64; .* One per Light off"):
+    with pytest.raises(RuntimeError, match=r"74 light groups, and a dial has up to 64 lights"):
         bpy.ops.spectral.dial_record()
     assert not [entry for entry in jobs.records if entry.status == "done"]
     assert len(stage.spectral.dial.bulbs) == 0

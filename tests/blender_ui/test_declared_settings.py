@@ -21,7 +21,7 @@ pytest.importorskip("bpy")
 
 from blender_addon import panels
 from blender_addon.properties.palette import PALETTE_FIELDS, WHITE_XYZ
-from blender_addon.properties.palette_cell import WISH
+from blender_addon.properties.palette_cell import ASKED
 from blender_addon.properties.render import RENDER_FIELDS
 from blender_addon.properties.volume import VOLUME_FIELDS
 from blender_addon.translate import settings as render_settings
@@ -50,6 +50,8 @@ NOT_IN_RENDER = {
     "variant": "chosen by what is installed",
     "overrides": "a list of its own in the panel",
     "white": "the scene's own, no setting",
+    "light_paths": "Blender's own panel, Light Paths",
+    "scene_bounces": "Blender's own panel, Light Paths",
 }
 
 
@@ -145,7 +147,9 @@ def test_defaults_and_choices_are_the_core_s(blender):
             assert field.choices == known, field.name
     assert VOLUME_FIELDS["rule"].choices == ("auto", *RULES)
     assert VOLUME_FIELDS["lighting"].choices == tuple(LIGHTING)
-    assert render_settings.settings_of(scene) == RenderSettings()
+    plain = RenderSettings()
+    for core in (core for field in RENDER_FIELDS.values() for core in field.core if hasattr(plain, core)):
+        assert getattr(render_settings.settings_of(scene), core) == getattr(plain, core)
     volume = {each.name: each.default for each in fields(VolumeObject)}
     stated = volume_look.look_of(blender.data.volumes.new("v").spectral)
     assert (stated["rule"], stated["quality"]) == (volume["rule"], volume["quality"])
@@ -256,8 +260,8 @@ def test_panels_show_every_declared_setting():
     assert {*PALETTE_FIELDS, *RENDER_FIELDS, *VOLUME_FIELDS} <= shown
 
 
-def test_copying_a_wish_copies_all_that_a_cell_asks(palette):
+def test_copying_a_target_copies_all_that_a_cell_asks(palette):
     cell = palette.materials[0].cells[0]
     results = {"actual_linear", "wanted_linear", "actual_display", "wanted_display", "has_result", "delta_e", "actual",
                "wanted", "name", "rna_type", "others"}  # fmt: skip
-    assert set(WISH) == {prop.identifier for prop in cell.bl_rna.properties} - results
+    assert set(ASKED) == {prop.identifier for prop in cell.bl_rna.properties} - results

@@ -14,31 +14,63 @@ from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import SubspaceCriterion
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import OBSERVER_NAMES, xyz_from_product, xyz_from_spectrum, xyz_of
-from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.spectra.observer import OBSERVER_NAMES, observer, xyz_from_product, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "sampled"])
 @pytest.mark.parametrize("light", ["D65", "HP1", "FL11"])
 def test_the_kernel_integrates_as_the_renderer_does(light, interpolation):
     grid = SpectralGrid.uniform(400, 700, 10, interpolation=interpolation)
-    kernel = color_kernel(grid)
     measured = illuminant(light)
-    matrix = kernel.matrices(kernel.spectrum_at_points(measured)[None])[0, 0]
-    np.testing.assert_allclose(matrix, RGB_FROM_XYZ @ xyz_from_product(measured, grid), rtol=1e-12, atol=1e-12)
+    expected = RGB_FROM_XYZ @ xyz_from_product(measured, grid)
+    np.testing.assert_allclose(color_kernel(grid).matrix_of(measured)[0], expected, rtol=1e-12, atol=1e-12)
+    designed = Illuminant("designed", grid, measured.resampled(grid).values)
+    expected = RGB_FROM_XYZ @ xyz_from_product(designed, grid)
+    np.testing.assert_allclose(
+        color_kernel(grid).matrices(designed.values[None])[0, 0], expected, rtol=1e-12, atol=1e-12
+    )
 
 
 def test_given_spectra_are_integrated_on_their_own_grids():
     light, surface = illuminant("FL11"), reflectance("foliage")
-    kernel = color_kernel(SpectralGrid.uniform(380, 780, 20))
-    color = kernel.colors(kernel.spectrum_at_points(surface)[None], kernel.spectrum_at_points(light)[None])[0, 0, 0]
+    color = color_kernel(SpectralGrid.uniform(380, 780, 20)).color_of(light, surface)[0]
     np.testing.assert_allclose(color, RGB_FROM_XYZ @ xyz_of(light, surface), rtol=1e-12)
 
 
+@pytest.mark.parametrize("half_width", [0.01, 0.3, 2.0])
+@pytest.mark.parametrize("center", [450.0, 555.37, 610.5])
+def test_a_narrow_line_counts_in_full_wherever_it_stands(half_width, center):
+    """∫ line · hat · cmf by brute force: ten thousand points within the line."""
+    lines = SpectralGrid(np.array([400.0, center - half_width, center, center + half_width, 700.0]))
+    line = Illuminant("line", lines, np.array([0.0, 0.0, 1.0, 0.0, 0.0]))
+    grid = SpectralGrid.uniform(400, 700, 10)
+    # Twice the points between two steps: a midpoint rule on each of 20,000 cells of the line.
+    edges = np.linspace(center - half_width, center + half_width, 20_001)
+    points, step = (edges[1:] + edges[:-1]) / 2, edges[1] - edges[0]
+    viewer = observer()
+    cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row) for row in viewer.cmfs])
+    expected = RGB_FROM_XYZ @ (cmfs * line.at(points) * step) @ grid.values_from_knots(points)
+    found = color_kernel(grid).matrix_of(line)[0]
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_two_designed_factors_are_integrated_exactly(rng):
+    grid = SpectralGrid(np.sort(rng.uniform(390, 720, 9)))
+    light, surface = rng.uniform(size=(2, 9))
+    edges = np.linspace(grid.wavelengths_nm[0], grid.wavelengths_nm[-1], 400_001)
+    points, step = (edges[1:] + edges[:-1]) / 2, edges[1] - edges[0]
+    viewer = observer()
+    product = np.interp(points, grid.wavelengths_nm, light) * np.interp(points, grid.wavelengths_nm, surface) * step
+    expected = [np.interp(points, viewer.wavelengths_nm, row) @ product for row in viewer.cmfs]
+    found = color_kernel(grid).matrices(light[None])[0, 0] @ surface
+    np.testing.assert_allclose(found, RGB_FROM_XYZ @ np.array(expected), rtol=1e-7)
+
+
 def test_other_observers_see_equal_energy_equally_bright():
-    kernel = color_kernel(SpectralGrid.uniform(360, 830, 5), OBSERVER_NAMES)
-    luminance = kernel.rgb_cmfs.sum(axis=2) @ np.linalg.inv(RGB_FROM_XYZ)[1]
-    np.testing.assert_allclose(luminance, xyz_from_spectrum(kernel.grid)[1].sum(), rtol=1e-6)
+    grid = SpectralGrid.uniform(360, 830, 5)
+    shown = color_kernel(grid, OBSERVER_NAMES).bare.sum(axis=2) @ np.linalg.inv(RGB_FROM_XYZ)[1]
+    np.testing.assert_allclose(shown, shown[0], rtol=1e-5)
 
 
 def test_the_thesis_operator_is_equation_5_13_with_the_norm_of_its_figures():
@@ -77,7 +109,7 @@ def test_a_subspace_that_holds_everything_makes_no_error(componentwise):
     basis = np.eye(31) if componentwise else np.linalg.qr(np.random.default_rng(0).normal(size=(31, 31)))[0]
     kernel = color_kernel(grid)
     known = np.random.default_rng(1).uniform(size=(2, 31))
-    matrices = subspace_color_matrices(SubspaceCriterion(basis, componentwise=componentwise), known, kernel.rgb_cmfs[0])
+    matrices = subspace_color_matrices(SubspaceCriterion(basis, componentwise=componentwise), known, kernel.bare[0])
     np.testing.assert_allclose(matrices, kernel.matrices(known)[0], atol=1e-11)
 
 

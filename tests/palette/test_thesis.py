@@ -16,9 +16,10 @@ from spectral_core.spectra.observer import xyz_from_spectrum
 
 
 def test_the_printed_spectra_give_the_printed_colors():
-    rows = np.stack([thesis.reflectance(f"refl{i + 1}").values for i in range(5)])
-    columns = np.stack([thesis.light(name).values for name in ("d65", "split1", "split2")])
-    shown = color_kernel(thesis.GRID).colors(rows, columns)[0] * 255
+    rows = [thesis.reflectance(f"refl{i + 1}") for i in range(5)]
+    columns = [thesis.light(name) for name in ("d65", "split1", "split2")]
+    kernel = color_kernel(thesis.GRID)
+    shown = 255 * np.array([[kernel.color_of(light, row)[0] for light in columns] for row in rows])
     assert np.abs(shown - thesis.PRINTED_COLORS_255).max() < 1
     y = xyz_from_spectrum(thesis.GRID)[1] @ thesis.light("d65").values
     assert y == pytest.approx(6.0, abs=1e-3)

@@ -11,12 +11,12 @@ import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.side import Assembler
+from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.distinct.cells import distinct_cells, distinct_pairs, least_difference, wants_distinct
 from spectral_core.palette.distinct.search import _Search, solve_distinct
 from spectral_core.palette.distinct.step import solve_step
-from spectral_core.palette.live.state import initial_state
 from spectral_core.palette.presets import most_distinct, sine_light, split_light
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
@@ -26,10 +26,10 @@ D65, HP1, FL2 = (observer.normalized(catalogue.illuminant(name)) for name in ("D
 
 
 def search_of(problem: PaletteProblem, engine: str = "piqp") -> _Search:
-    builder = PhaseBuilder(problem, compiled_wishes(problem))
+    builder = Assembler(problem, compiled_wishes(problem))
     state = initial_state(problem)
-    phase = builder.build("reflectances", state)
-    return _Search(phase.problem, distinct_cells(builder, state, phase.problem, phase.items), engine)
+    assembled = builder.assembled("reflectances", state)
+    return _Search(assembled.quadratic, distinct_cells(builder, state, assembled), engine)
 
 
 def test_five_exact_metamers_under_sodium() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, solve_palette
-from spectral_core.palette.assemble.phase import PhaseBuilder
+from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.paint.mixtures import (
     absorption_from_reflectance,
@@ -22,7 +22,7 @@ from spectral_core.palette.paint.mixtures import (
     reflectance_from_absorption,
     tint_differences,
 )
-from spectral_core.palette.paint.tints import TintCriterion, largest_tint_difference, solve_with_tints, tint_links
+from spectral_core.palette.paint.tints import TintCriterion, largest_tint_difference, solve_with_tints, with_tints
 from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
@@ -124,16 +124,18 @@ def test_tint_differences_are_those_of_mixed_spectra() -> None:
 def test_tint_rows_are_the_derivative_of_tint_colors() -> None:
     problem = metamer_pair()
     solution = solve_palette(problem)
-    builder = PhaseBuilder(problem, compiled_wishes(problem))
+    builder = Assembler(problem, compiled_wishes(problem))
     criterion = TintCriterion(levels=(0.4,))
     base = criterion.base_on(problem.grid.size)
-    linked = builder.build("reflectances", solution.state).problem
-    links, added = tint_links(builder, linked, solution.state, criterion)
-    assert (len(links), added) == (2, 1)
+    before = builder.assembled("reflectances", solution.state).quadratic
+    tinted = with_tints(builder, before, solution.state, criterion)
+    assert len(tinted.color_lower) == len(before.color_lower) + 1
     daylight = observer.linear_rgb_from_product(solution.illuminants[1], problem.grid)
     nudge = RNG.normal(size=problem.grid.size) * 1e-6
-    for link, surface in zip(links, solution.state.reflectances, strict=True):
-        shown = link.matrix @ surface + link.offset
+    for block, old, surface in zip(tinted.blocks, before.blocks, solution.state.reflectances, strict=True):
+        (added,) = {len(block.targets) - len(old.targets)}
+        assert added == 3
+        shown = block.rows[-3:] @ surface - block.targets[-3:]
         exact = daylight @ paint_mixture([0.4, 0.6], np.stack([surface, base]))
         np.testing.assert_allclose(shown, exact, atol=1e-12)
         inner = np.clip(surface, 1e-3, 1 - 1e-3)  # off the bounds, where a nudge stays within [0, 1]

@@ -69,21 +69,21 @@ def _store_lamp(spectral: PropertyGroup, spectrum: Illuminant) -> None:
     store_spectrum(spectral, spectrum)
 
 
-def _store_cell(palette: PropertyGroup, place: tuple[int, int], wish: Cell) -> list[str]:
+def _store_cell(palette: PropertyGroup, place: tuple[int, int], asked: Cell) -> list[str]:
     material, light = palette.materials[place[0]], palette.lights[place[1]]
     cell = material.cells[place[1]]
-    cell.mode = wish.mode.upper()
-    if wish.target is not None:
-        cell.target = display_rgb_from_linear(wish.target)
-    set_references(palette, cell, list(wish.others))
-    cell.use_box = wish.box is not None
-    if wish.box is not None:
-        cell.box_low, cell.box_high = (display_rgb_from_linear(end) for end in wish.box)
-    cell.weight = min(wish.weight, WEIGHT_LIMIT)
-    cell.exact = wish.exact
-    if wish.weight > WEIGHT_LIMIT:
+    cell.mode = asked.mode.upper()
+    if asked.target is not None:
+        cell.target = display_rgb_from_linear(asked.target)
+    set_references(palette, cell, list(asked.others))
+    cell.use_box = asked.box is not None
+    if asked.box is not None:
+        cell.box_low, cell.box_high = (display_rgb_from_linear(end) for end in asked.box)
+    cell.weight = min(asked.weight, WEIGHT_LIMIT)
+    cell.exact = asked.exact
+    if asked.weight > WEIGHT_LIMIT:
         return [
-            f"{material.name} under {light.name}: weight {wish.weight:g} became {WEIGHT_LIMIT:g}, the most that "
+            f"{material.name} under {light.name}: weight {asked.weight:g} became {WEIGHT_LIMIT:g}, the most that "
             "solvers bear; make the cell exact to have it for sure"
         ]
     return []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whole-or-nothing files, locks between processes, and names that stay inside a folder."""
+"""Files of a store: written whole, locks between processes, names that stay inside a folder."""
 
 from __future__ import annotations
 

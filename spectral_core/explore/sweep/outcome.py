@@ -61,6 +61,11 @@ def worker_command(node: Any) -> list[str] | None:
     return None if command is None else list(command())
 
 
+def worker_prelude(node: Any) -> str:
+    """Code that a worker runs before anything else, on its own module path; "" for most nodes."""
+    return str(getattr(node, "worker_prelude", ""))
+
+
 def describe(node: Any) -> list[str]:
     """What the plan says about a node: what stays between points, what is re-lit, what is rendered anew."""
     lines = getattr(node, "describe", None)

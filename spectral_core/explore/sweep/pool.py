@@ -50,10 +50,13 @@ class WorkerPool(Executor):
     workers : how many processes.
     command : command line of a worker, to which the bootstrap code is appended; this Python by default.
     threads : processor threads of each worker; None leaves it to the libraries.
+    prelude : code that a worker runs first, before it takes over this process' module path.
     """
 
-    def __init__(self, workers: int, *, command: Sequence[str] | None = None, threads: int | None = None) -> None:
-        self._command = list(command or [sys.executable, "-c"])
+    def __init__(
+        self, workers: int, *, command: Sequence[str] | None = None, threads: int | None = None, prelude: str = ""
+    ) -> None:
+        self._command = [*(command or [sys.executable, "-c"]), f"{prelude}\n{BOOTSTRAP}"]
         self._threads = threads
         self._tasks: deque[_Task] = deque()
         self._wake = threading.Condition()
@@ -150,6 +153,7 @@ class _Process:
 
     def __init__(self, command: Sequence[str], threads: int | None) -> None:
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self._ending = threading.Lock()
         paths = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100
         environment = {**os.environ, PATH_VARIABLE: json.dumps(paths)}
         if threads is not None:
@@ -159,7 +163,7 @@ class _Process:
             environment["SPECTRAL_SCENE_THREADS"] = str(threads)
         try:
             self.process = subprocess.Popen(
-                [*command, BOOTSTRAP], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment,
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment,
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0), start_new_session=True,
             )  # fmt: skip
         except OSError as error:
@@ -211,7 +215,11 @@ class _Process:
         return ""
 
     def end(self) -> None:
-        """End the process and collect it."""
+        """End the process and collect it; two threads may ask for it."""
+        with self._ending:
+            self._end()
+
+    def _end(self) -> None:
         if self.alive:
             self.process.kill()
         self.process.wait()
@@ -219,4 +227,5 @@ class _Process:
             if stream is not None:
                 with contextlib.suppress(OSError, ValueError):  # ValueError: another thread closed it
                     stream.close()
-        self._log.close()
+        with contextlib.suppress(ValueError):
+            self._log.close()

@@ -100,9 +100,10 @@ def run_sweep(
     with only_holder(store.folder / "driver.lock", f"the sweep in {store.folder}"):
         own = None
         if executor is None:
-            from spectral_core.explore.sweep.outcome import worker_command
+            from spectral_core.explore.sweep.outcome import worker_command, worker_prelude
 
-            executor = own = WorkerPool(workers, command=worker_command(node), threads=_threads_each(workers))
+            command, prelude = worker_command(node), worker_prelude(node)
+            executor = own = WorkerPool(workers, command=command, threads=_threads_each(workers), prelude=prelude)
         run = _Run(store, node, executor, in_flight or _capacity(executor, workers), linear)
         try:
             return run.all(keys, on_progress, should_stop)

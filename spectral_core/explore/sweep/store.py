@@ -173,9 +173,6 @@ class Store:
             if path.stem in known:
                 self.take_in(Receipt(path.stem, read_json(path)))
                 found += 1
-        for place in (self.folder, self.folder / "image", self.folder / "outcome"):
-            for leftover in place.glob(".*.tmp"):  # of a process that was ended while it wrote
-                leftover.unlink(missing_ok=True)
         return found
 
     def columns(self) -> dict[str, list[Any]]:

@@ -14,10 +14,10 @@ from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProb
 
 Array = NDArray[np.float64]
 
-WEIGHT_RATIO = 1e3
-"""Largest ratio between the weights of two cells; past it every solver of normal equations goes wrong unnoticed."""
+WEIGHT_RATIO = 1e4
+"""Largest ratio between the weights of two cells; past it their squares leave double precision."""
 SMOOTHNESS_RANGE = (1e-6, 30.0)
-"""Smoothness weights, relative to the heaviest cell, between which the problem stays solvable in double precision."""
+"""Smoothness, relative to the median weight of cells, between which the problem stays solvable in double precision."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wishes:
-    """What the cells ask, weights capped and scaled so that the heaviest cell weighs 1."""
+    """What the cells ask, weights capped and scaled so that the median cell weighs 1."""
 
     targets: tuple[Target, ...]
     blacks: tuple[Target, ...]
@@ -74,9 +74,11 @@ def compiled_wishes(problem: PaletteProblem) -> Wishes:
     if not np.array_equal(asked, capped):
         notes.append(
             f"cell weights from {asked[asked > 0].min():g} to {asked.max():g} were brought within a ratio of "
-            f"{WEIGHT_RATIO:g}, beyond which solvers lose accuracy; make a cell exact if it must hold"
+            f"{WEIGHT_RATIO:g}, beyond which numbers lose accuracy; make a cell exact if it must hold"
         )
-    scale = float(capped.max(initial=0.0)) or 1.0
+    # The median, so that one weight that is dragged changes nothing else.
+    positive = np.sort(capped[capped > 0])
+    scale = float(positive[(positive.size - 1) // 2]) if positive.size else 1.0
     weights = dict(zip(weights, capped / scale, strict=True))
     smoothness = problem.smoothness / scale
     if smoothness > 0 and not SMOOTHNESS_RANGE[0] <= smoothness <= SMOOTHNESS_RANGE[1]:

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.assemble.phase import PhaseBuilder
-from spectral_core.palette.live.state import PaletteState
+from spectral_core.palette.assemble.side import Assembled, Assembler
+from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
-from spectral_core.palette.qp.least_squares import LinkedLeastSquares
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
@@ -90,11 +89,9 @@ def least_difference(solution: PaletteSolution) -> float:
     return min((float(delta_e_2000(lab[a], lab[b])) for a, b in distinct_pairs(solution.problem)), default=np.inf)
 
 
-def distinct_cells(
-    builder: PhaseBuilder, state: PaletteState, linked: LinkedLeastSquares, items: tuple[int, ...]
-) -> DistinctCells:
+def distinct_cells(builder: Assembler, state: PaletteState, assembled: Assembled) -> DistinctCells:
     """The cells of a problem that should differ, as functions of the unknowns of its reflectance phase."""
-    problem = builder.problem
+    problem, linked, items = builder.problem, assembled.quadratic, assembled.items
     pairs = distinct_pairs(problem)
     cells = tuple(sorted({cell for pair in pairs for cell in pair}))
     block_of = {item: k for k, item in enumerate(items)}
@@ -102,7 +99,7 @@ def distinct_cells(
         raise InvalidInputError(
             "no cell with a reflectance to design is 'distinct'; make one distinct, or free its reflectance"
         )
-    by_light = state.kernel.matrices(state.lights_at_points())[0]
+    by_light = state.light_matrices()[0]
     shown = state.colors()
     matrices, offsets = np.zeros((len(cells), 3, linked.size)), np.zeros((len(cells), 3))
     lower, upper = np.full((len(cells), 3), -np.inf), np.full((len(cells), 3), np.inf)

@@ -24,17 +24,19 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.checks import require_range
-from spectral_core.palette.assemble.phase import PhaseBuilder
-from spectral_core.palette.assemble.phase_solve import PhaseAnswer
+from spectral_core.palette.assemble.side import Assembler
+from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
+from spectral_core.palette.design.whole import SECONDS, designed
 from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells, least_difference
 from spectral_core.palette.distinct.step import Step, StepAnswer, solve_step
-from spectral_core.palette.live.state import PaletteState, initial_state
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.least_squares import Check, LinkedLeastSquares
+from spectral_core.palette.qp.engine import Answer
+from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import REMEDIES, PaletteSolution, PaletteStatus
-from spectral_core.palette.solve import SolveTrace, alternate, half_round
 from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 
 Array = NDArray[np.float64]
@@ -71,7 +73,7 @@ def solve_distinct(
     """
     started = perf_counter()
     wishes = compiled_wishes(problem)
-    builder = PhaseBuilder(problem, wishes)
+    builder = Assembler(problem, wishes)
     trace = SolveTrace(notes=list(wishes.notes))
     state = initial_state(problem, None if warm is None else warm.state)
     if starts is None:
@@ -82,10 +84,10 @@ def solve_distinct(
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
         trace.notes.append("the cells beside the distinct ones cannot be met, so nothing was made distinct")
         return _reported(builder, state, trace, apart=False)
-    phase = builder.build("reflectances", state, perceptual=problem.match == "perceptual")
-    cells = distinct_cells(builder, state, phase.problem, phase.items)
+    phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
+    cells = distinct_cells(builder, state, phase)
     given = None if warm is None else np.concatenate([_known(state.reflectances[item]) for item in phase.items])
-    found, gamut = _searched(phase.problem, cells, engine, (starts, seed, given))
+    found, gamut = _searched(phase.quadratic, cells, engine, (starts, seed, given))
     if not found:
         state = state if warm is None else _others_first(builder, state, trace)
         trace.notes.append("the distinct cells cannot be met together with the others, so nothing was made distinct")
@@ -93,10 +95,11 @@ def solve_distinct(
     if gamut != GAMUTS[0]:
         trace.notes.append(f"{gamut}: the display's gamut cannot be kept together with what the other cells ask")
     best = max(found, key=lambda each: each.merit)
-    _, blocks = phase.problem.split(best.x)
-    state = state.with_reflectances(dict(zip(phase.items, blocks, strict=True)))
-    kept = PhaseAnswer(tuple(blocks), np.zeros((0, 3)), best.check, (engine,) * len(found), False, ())
-    trace.add("reflectances", kept, 0.0)
+    _, blocks = phase.quadratic.split(best.x)
+    state = state.with_values("reflectances", dict(zip(phase.items, blocks, strict=True)))
+    kept = Answer(tuple(blocks), np.zeros((0, 3)), (), best.check, (engine,) * len(found))
+    trace.answers, trace.joint, trace.settled, trace.sides = {"reflectances": kept}, best.check, True, {}
+    trace.engines.update(kept.engines)
     trace.notes.append(
         f"the distinct cells differ by at least ΔE2000 {best.least:.1f}: the best of {len(found)} local searches"
     )
@@ -105,7 +108,7 @@ def solve_distinct(
     return replace(solution, residuals={**solution.residuals, "least_delta_e_2000": best.least})
 
 
-def _reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, *, apart: bool) -> PaletteSolution:
+def _reported(builder: Assembler, state: PaletteState, trace: SolveTrace, *, apart: bool) -> PaletteSolution:
     """The solution, not called solved where the distinct cells are not even visibly apart."""
     solution = reported(builder, state, trace)
     if apart or solution.status is not PaletteStatus.SOLVED:
@@ -114,7 +117,7 @@ def _reported(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace, *, 
 
 
 def _searched(
-    linked: LinkedLeastSquares, cells: DistinctCells, engine: str, begin: tuple[int, int, Array | None]
+    linked: Quadratic, cells: DistinctCells, engine: str, begin: tuple[int, int, Array | None]
 ) -> tuple[list[Found], str]:
     """Local optima from a number of starts, a seed, and given spectra, in the strictest gamut that can be kept."""
     starts, seed, given = begin
@@ -141,13 +144,13 @@ def _coincide(problem: PaletteProblem, warm: PaletteSolution) -> bool:
     return warm.actual_linear_rgb.shape != shape or least_difference(replace(warm, problem=problem)) < APART
 
 
-def _others_first(builder: PhaseBuilder, state: PaletteState, trace: SolveTrace) -> PaletteState:
+def _others_first(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
     """What the other cells ask, lights included; also whether they can be met at all."""
     if builder.free_items("lights"):
-        state = alternate(builder, state, trace)
+        state = designed(Rounds(builder, trace), state, Budget(SECONDS), race=False)
         trace.notes.append("the lights were designed for the other cells, then held while colors were made distinct")
     elif builder.free_items("reflectances"):
-        state, _, _ = half_round(builder, "reflectances", state, trace, perceptual=False)
+        state = Rounds(builder, trace).round(state)
     return state
 
 
@@ -164,9 +167,9 @@ class Found:
 class _Search:
     """Local searches of one problem. The unknown t stands behind x."""
 
-    def __init__(self, linked: LinkedLeastSquares, cells: DistinctCells, engine: str, gamut: str = GAMUTS[0]) -> None:
+    def __init__(self, linked: Quadratic, cells: DistinctCells, engine: str, gamut: str = GAMUTS[0]) -> None:
         self._linked, self._cells, self._engine, self._gamut = linked, cells, engine, gamut
-        rows, target = linked.rows
+        rows, target = linked.least_squares()
         # Everything is divided by κ, so that t weighs 1.
         self._hessian = sparse.csc_matrix(rows.T @ rows) / cells.worth
         self._pull = np.asarray(rows.T @ target) / cells.worth
@@ -223,7 +226,7 @@ class _Search:
         size = linked.size
         own = sparse.csc_matrix(cells.matrices.reshape(-1, size))
         free = np.asarray(np.abs(own).sum(axis=1)).ravel() > 0
-        equality, equality_target = linked.equalities
+        equality, equality_target = linked.equalities()
         common = (np.arange(size) < linked.offsets[0]) & (self._gamut == GAMUTS[0])
         free = free & (self._gamut != GAMUTS[2])
         return Step(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import MissingDependencyError, UnknownNameError
-from spectral_core.palette.qp.least_squares import Check
+from spectral_core.palette.qp.optimality import Check
 
 Array = NDArray[np.float64]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette that answers while it is edited: compiled once, solved again from where it was after every change."""
+"""A palette that answers while it is edited: assembled once, solved again from where it was after every change."""
 
 from __future__ import annotations
 
@@ -12,19 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.compiled import is_simple
-from spectral_core.palette.assemble.phase import PhaseBuilder
-from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
+from spectral_core.palette.assemble.side import Assembled, Assembler
+from spectral_core.palette.assemble.state import PaletteState, initial_state
+from spectral_core.palette.assemble.wishes import WEIGHT_RATIO, Target, compiled_wishes
 from spectral_core.palette.cell_errors import CellErrors
+from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
-from spectral_core.palette.live.solver import LiveSolver
-from spectral_core.palette.live.state import PaletteState, initial_state
-from spectral_core.palette.problem import Cell, CellIndex, PaletteProblem
+from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
+from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import reported, state_errors
 from spectral_core.palette.solution import PaletteSolution
-from spectral_core.palette.solve import SolveTrace, alternate, solve_palette
+from spectral_core.palette.solve import solve_palette
 
 Array = NDArray[np.float64]
+
+FIRST_SECONDS = 0.5
+"""Time budget of the solve with which a session begins."""
+TARGET_MODES = (CellMode.FIXED, CellMode.BLACK)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,19 +64,17 @@ class LivePalette:
 class PaletteSession:
     """Live editing of one palette.
 
-    Usual palettes (spectra on the grid, one observer, linear match) are kept compiled and take well under a frame per
-    edit; others go through the general engines, from the last state on. ``rounds_per_edit``: alternations after each
-    edit where lights are designed too; ``refine`` does more when there is time. Lights are brightened to fit
-    (``scale_lights``) once, when the session begins.
+    An edit of a cell's target or weight assembles and solves one spectrum again, and what depends on it; other edits
+    assemble the palette anew and go on from the last spectra. ``rounds_per_edit``: rounds after each edit where lights
+    are designed too; ``refine`` does more when there is time. Lights are brightened to fit (``scale_lights``) once,
+    when the session begins.
     """
 
     def __init__(self, problem: PaletteProblem, *, rounds_per_edit: int = 1) -> None:
         self.rounds_per_edit = rounds_per_edit
-        self._problem: PaletteProblem
-        self._live: LiveSolver | None
-        self._wishes_now: Wishes | None
-        self._solution = solve_palette(problem, explain=False)
+        self._solution = solve_palette(problem, explain=False, seconds=FIRST_SECONDS)
         self._state: PaletteState = self._solution.state
+        self._problem = problem
         self._adopt(problem)
         self._resolve(1, perf_counter())
 
@@ -90,80 +92,112 @@ class PaletteSession:
         """Replace one cell's wish and solve again."""
         return self.edit_cells({cell: wish})
 
+    @on_one_thread
     def edit_cells(self, wishes: Mapping[CellIndex, Cell]) -> LivePalette:
         """Replace several cells' wishes and solve again. Raises InvalidInputError as PaletteProblem does."""
         started = perf_counter()
-        before, self._problem = self._problem, self._problem.with_cells(wishes)
-        live = self._live
-        if live is None or not live.edit_targets(before, wishes):
-            self._wishes_now = None
-            simple = is_simple(self._problem, self._wishes)
-            if simple and live is not None:
-                live.load(self._problem, self._wishes)
-            else:
-                self._live = LiveSolver(self._problem, self._wishes) if simple else None
-        else:
-            self._wishes_now = None
-        return self._resolve(self.rounds_per_edit, started)
+        before, problem = self._problem, self._problem.with_cells(wishes)
+        changed = None
+        if len(wishes) == 1:
+            ((cell, wish),) = wishes.items()
+            changed = self._quick(before, problem, cell, wish)
+        self._problem = problem
+        if changed is None:
+            self._take(problem)
+        return self._resolve(self.rounds_per_edit, started, changed)
 
+    @on_one_thread
     def change(self, **settings: Any) -> LivePalette:
         """Replace settings of the problem (``smoothness``, ``match``, ``lights``, …) and solve again."""
         started = perf_counter()
         self._adopt(replace(self._problem, **settings))
         return self._resolve(self.rounds_per_edit, started)
 
+    @on_one_thread
     def refine(self, rounds: int = 5) -> LivePalette:
         """More rounds from here, for when there is time."""
         return self._resolve(rounds, perf_counter())
 
+    @on_one_thread
     def solution(self) -> PaletteSolution:
         """The present state in full, with status, remedy and residuals."""
         if wants_distinct(self._problem):
             return self._solution
-        return reported(PhaseBuilder(self._problem, self._wishes), self._state, self._trace)
+        perceptual = self._problem.match == "perceptual"
+        self._rounds.check(self._state, perceptual=perceptual)
+        return reported(self._rounds.assembler, self._state, self._rounds.trace)
 
-    @property
-    def _wishes(self) -> Wishes:
-        """The wishes of the present problem, read when they are needed."""
-        if self._wishes_now is None:
-            self._wishes_now = compiled_wishes(self._problem)
-        return self._wishes_now
+    # -- what an edit changes ------------------------------------------------------------------------------------------
 
     def _adopt(self, problem: PaletteProblem) -> None:
         """Take a problem whose grid, lights or settings may differ; unknowns of unchanged shape are kept."""
-        self._problem = problem
-        self._wishes_now = None
         self._state = initial_state(problem, self._state)
-        self._trace = SolveTrace()
-        self._live = None
-        if is_simple(problem, self._wishes):
-            self._live = LiveSolver(problem, self._wishes)
+        self._problem = problem
+        self._rounds = Rounds(Assembler(problem, compiled_wishes(problem)), SolveTrace())
+        self._assembled: Assembled | None = None
 
-    def _resolve(self, rounds: int, started: float) -> LivePalette:
+    def _take(self, problem: PaletteProblem) -> None:
+        """Take a problem that differs in its cells only; the engines go on from their last answers."""
+        engines = self._rounds.engines
+        self._rounds = Rounds(Assembler(problem, compiled_wishes(problem)), SolveTrace())
+        self._rounds.engines = engines
+        self._assembled = None
+
+    def _quick(self, before: PaletteProblem, problem: PaletteProblem, cell: CellIndex, wish: Cell) -> int | None:
+        """Take an edit of one target, or of its weight: the number of the block that changes; None where it is more."""
+        assembled, assembler = self._assembled, self._rounds.assembler
+        if assembled is None or problem.match != "linear" or problem.subspace is not None:
+            return None
+        old = before.cells[cell[0]][cell[1]]
+        weight = wish.weight / assembler.wishes.weight_scale
+        weights = [weight, *(each.weight for each in assembler.wishes.targets)]
+        weights += [each for group in assembler.wishes.groups for each in group.weights]
+        if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights) or old.weight == 0:
+            return None  # weights are capped, or a cell asks nothing any more
+        if wish.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
+            return None
+        if assembler.in_group(cell) or len(assembler.wishes.conditions) > 1 or assembler.wishes.notes:
+            return None
+        color = np.zeros(3) if wish.target is None else wish.target
+        assembler.with_target(problem, Target(cell, color, weight, wish.exact))
+        item = cell[0] if assembled.side == "reflectances" else cell[1]
+        if item not in assembled.items:
+            return None
+        self._assembled = assembler.reassembled(assembled, item)
+        return assembled.items.index(item)
+
+    # -- solving -------------------------------------------------------------------------------------------------------
+
+    def _resolve(self, rounds: int, started: float, changed: int | None = None) -> LivePalette:
         if wants_distinct(self._problem):
             return self._resolve_distinct(started)
-        answers = None
-        if self._live is not None:
-            answers = self._live.solve(self._problem, self._state, rounds)
-        if answers is not None:
-            self._state, checks, actual = answers
-            self._trace = SolveTrace(answers=dict(checks), rounds=rounds)
+        both, perceptual = len(self._rounds.sides) == 2, self._problem.match == "perceptual"
+        matrices = None
+        trace = self._rounds.trace = SolveTrace(notes=list(self._rounds.assembler.wishes.notes))
+        if both or perceptual or self._problem.robustness == "worst_case" or not self._rounds.sides:
+            for _ in range(rounds):
+                self._state = self._rounds.round(self._state, perceptual=perceptual)
         else:
-            self._trace = SolveTrace(notes=list(self._wishes.notes))
-            self._state = alternate(PhaseBuilder(self._problem, self._wishes), self._state, self._trace, rounds)
-            actual = self._state.colors()
-        done = self._trace.answers.values()
-        engines = tuple(engine for answer in done for engine in answer.engines)
+            side = self._rounds.sides[0]
+            if self._assembled is None:
+                self._assembled, changed = self._rounds.assembler.assembled(side, self._state), None
+            answer = self._rounds.engines[side].solve(self._assembled.quadratic, None if changed is None else [changed])
+            values = dict(zip(self._assembled.items, answer.values, strict=True))
+            self._state = self._state.with_values(side, values)
+            trace.add(side, answer, perf_counter() - started)
+            if side == "reflectances":
+                matrices = self._assembled.view.known_matrices()
+        actual = self._state.colors(matrices=matrices)
+        done = list(trace.answers.values())
         seconds = perf_counter() - started
-        self._trace.engines.update(engines)
-        self._trace.timings = {"total": seconds}
+        trace.timings = {"total": seconds}
         return LivePalette(
             self._problem,
             self._state,
             actual,
             max((answer.check.kkt for answer in done), default=0.0),
-            all(answer.check.passed for answer in done),
-            engines,
+            all(answer.check.passed and not answer.infeasible for answer in done),
+            tuple(engine for answer in done for engine in answer.engines),
             seconds,
         )
 

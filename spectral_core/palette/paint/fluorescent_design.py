@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.criteria import second_differences
-from spectral_core.palette.assemble.phase import COLOR_NORM
-from spectral_core.palette.assemble.phase_solve import solve_phase
+from spectral_core.palette.assemble.side import COLOR_NORM
 from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.cell_errors import cell_errors
 from spectral_core.palette.paint.fluorescence import (
@@ -29,7 +28,9 @@ from spectral_core.palette.paint.fluorescence import (
     energy_per_amount,
 )
 from spectral_core.palette.problem import CellIndex, PaletteProblem
-from spectral_core.palette.qp.least_squares import Block, Check, Link, LinkedLeastSquares
+from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.optimality import PERFECT, Check
+from spectral_core.palette.qp.quadratic import Block, Quadratic
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
@@ -98,6 +99,7 @@ class _Design:
         self.problem, self.wishes = problem, wishes
         self.dyes = [tuple(dyes.get(i, ())) for i in range(len(problem.reflectances))]
         self.lights: list[Spectrum] = [light.spectrum for light in problem.lights]
+        self._engines = {"reflectances": Engine(), "lights": Engine()}
         grey = np.full(problem.grid.size, 0.5)
         self.surfaces = [
             FluorescentSurface(
@@ -110,14 +112,13 @@ class _Design:
         """Solve one side; its check and sum of squares."""
         items = [k for k, item in enumerate(getattr(self.problem, side)) if item.free]
         linked = self._assembled(side, items)
-        answer = solve_phase(linked)
-        for item, values in zip(items, answer.blocks, strict=True):
+        answer = self._engines[side].solve(linked)
+        for item, values in zip(items, answer.values, strict=True):
             if side == "lights":
                 self.lights[item] = self._light(item, values)
             else:
                 self.surfaces[item] = self._surface(item, values)
-        x = np.concatenate([answer.colors.ravel(), *answer.blocks])
-        return answer.check, 2 * linked.objective(x)
+        return answer.check, 2 * linked.objective(linked.joined(answer.colors, answer.values))
 
     def colors(self) -> Array:
         """Linear RGB (R, L, 3)."""
@@ -149,40 +150,39 @@ class _Design:
         reflectance = Reflectance(name, self.problem.grid, values[:n], source="designed")
         return FluorescentSurface(name, reflectance, self.dyes[item], values[n : n + count])
 
-    def _assembled(self, side: str, items: list[int]) -> LinkedLeastSquares:
-        """All wishes as rows and links over the unknowns of one side."""
-        blocks = [self._bare_block(side, item) for item in items]
-        number = {item: k for k, item in enumerate(items)}
+    def _assembled(self, side: str, items: list[int]) -> Quadratic:
+        """All wishes as rows over the unknowns of one side."""
         axis = 0 if side == "reflectances" else 1
+        groups = [g for g in self.wishes.groups if any(cell[axis] in items for cell in g.members)]
+        boxes = np.array([group.box for group in groups]).reshape(-1, 2, 3).copy()
         shown = self.colors()
-
-        def color_row(cell: CellIndex) -> tuple[int | None, Array, Array]:
-            if cell[axis] not in number:
-                return None, np.zeros((3, 0)), shown[cell]
-            block = number[cell[axis]]
-            matrix = np.zeros((3, blocks[block].lower.size))
-            own = self._color_matrix(side, cell)
-            matrix[:, : own.shape[1]] = own
-            return block, matrix, np.zeros(3)
-
-        rows: list[list[tuple[Array, Array, bool]]] = [[] for _ in blocks]
+        rows: dict[int, list[tuple[Array, Array, Array, float]]] = {item: [] for item in items}
+        known: list[tuple[Array, Array, float]] = []
         for target in self.wishes.targets:
-            block, matrix, offset = color_row(target.cell)
-            if block is not None:
-                factor = 1.0 if target.exact else target.weight / COLOR_NORM
-                rows[block].append((factor * matrix, factor * (target.color - offset), target.exact))
-        links: list[Link] = []
-        boxes: list[Array] = []
-        for group in self.wishes.groups:
-            if not any(cell[axis] in number for cell in group.members):
-                continue
+            if target.cell[axis] in rows:
+                weight = np.inf if target.exact else target.weight**2 / COLOR_NORM**2
+                matrix = self._color_matrix(side, target.cell)
+                rows[target.cell[axis]].append((matrix, target.color, np.zeros((3, 3 * len(groups))), weight))
+        for number, group in enumerate(groups):
+            tie = np.zeros((3, 3 * len(groups)))
+            tie[:, 3 * number : 3 * number + 3] = np.eye(3)
             for cell, weight, exact in zip(group.members, group.weights, group.exact, strict=True):
-                block, matrix, offset = color_row(cell)
-                links.append(Link(block, len(boxes), matrix, offset, weight / COLOR_NORM, exact))
-            boxes.append(group.box)
-        limits = np.array(boxes).reshape(-1, 2, 3)
-        joined = tuple(_with_rows(block, own) for block, own in zip(blocks, rows, strict=True))
-        return LinkedLeastSquares(joined, tuple(links), limits[:, 0], limits[:, 1])
+                squared = np.inf if exact else weight**2 / COLOR_NORM**2
+                if cell[axis] in rows:
+                    rows[cell[axis]].append((self._color_matrix(side, cell), np.zeros(3), tie, squared))
+                elif exact:
+                    boxes[number] = shown[cell]
+                else:
+                    known.append((tie, -shown[cell], squared))
+        blocks = tuple(self._block(side, item, rows[item], 3 * len(groups)) for item in items)
+        return Quadratic(
+            blocks,
+            boxes[:, 0],
+            boxes[:, 1],
+            np.concatenate([np.zeros((0, 3 * len(groups))), *(tie for tie, _, _ in known)]),
+            np.concatenate([np.zeros(0), *(target for _, target, _ in known)]),
+            np.concatenate([np.zeros(0), *(np.full(3, weight) for *_, weight in known)]),
+        )
 
     def _color_matrix(self, side: str, cell: CellIndex) -> Array:
         i, j = cell
@@ -192,8 +192,8 @@ class _Design:
             return linear_rgb_from_product(self.lights[j], self.problem.grid)
         return color_from_surface(self.lights[j], self.dyes[i], self.problem.grid)
 
-    def _bare_block(self, side: str, item: int) -> Block:
-        """Unknowns, bounds, smoothness and energy of one spectrum."""
+    def _block(self, side: str, item: int, rows: list[tuple[Array, Array, Array, float]], colors: int) -> Block:
+        """Unknowns, bounds, smoothness, energy and color rows of one spectrum."""
         grid = self.problem.grid
         n, count = grid.size, 0 if side == "lights" else len(self.dyes[item])
         size = n + count + (n if count else 0)
@@ -202,31 +202,28 @@ class _Design:
         low, high = self.problem.light_bounds if side == "lights" else self.problem.reflectance_bounds
         lower, upper = np.zeros(size), np.full(size, np.inf)
         lower[:n], upper[:n] = low, high
-        equality = np.zeros((0, size))
+        energy = np.zeros((0, size))
         if count:
             upper[n + count :] = 1.0
-            equality = np.concatenate([np.eye(n), energy_per_amount(self.dyes[item], grid), np.eye(n)], axis=1)
-        return Block(rough, np.zeros(n), lower, upper, equality, np.ones(len(equality)))
-
-
-def _with_rows(block: Block, rows: list[tuple[Array, Array, bool]]) -> Block:
-    """A block with soft and exact rows added."""
-    soft = [(matrix, target) for matrix, target, exact in rows if not exact]
-    hard = [(matrix, target) for matrix, target, exact in rows if exact]
-    return Block(
-        np.concatenate([block.matrix, *(matrix for matrix, _ in soft)]),
-        np.concatenate([block.target, *(target for _, target in soft)]),
-        block.lower,
-        block.upper,
-        np.concatenate([block.equality, *(matrix for matrix, _ in hard)]),
-        np.concatenate([block.equality_target, *(target for _, target in hard)]),
-    )
+            energy = np.concatenate([np.eye(n), energy_per_amount(self.dyes[item], grid), np.eye(n)], axis=1)
+        return Block(
+            np.concatenate([*(np.pad(m, ((0, 0), (0, size - m.shape[1]))) for m, *_ in rows), energy]),
+            np.concatenate([*(target for _, target, _, _ in rows), np.ones(len(energy))]),
+            np.concatenate([*(tie for _, _, tie, _ in rows), np.zeros((len(energy), colors))]),
+            np.concatenate([*(np.full(3, weight) for *_, weight in rows), np.full(len(energy), np.inf)]),
+            rough,
+            rough.T @ rough,
+            lower,
+            upper,
+            tuple((0, (item, r)) for r in range(len(rows))),
+        )
 
 
 def _worst(checks: list[Check]) -> Check:
-    return Check(
-        *(max((getattr(each, name) for each in checks), default=0.0) for name in ("kkt", "bounds", "equality"))
-    )
+    worst = PERFECT
+    for check in checks:
+        worst = worst | check
+    return worst
 
 
 def _require_supported(problem: PaletteProblem, dyes: Dyes) -> None:

@@ -103,7 +103,7 @@ def tint_differences(
     white = np.broadcast_to(np.asarray(base, dtype=np.float64), (grid.size,))
     surfaces = [surface.at(grid.wavelengths_nm) for surface in solution.reflectances]
     kernel = color_kernel(grid)
-    matrices = kernel.matrices(np.stack([kernel.spectrum_at_points(light) for light in solution.illuminants]))[0]
+    matrices = np.stack([kernel.matrix_of(light)[0] for light in solution.illuminants])
     found = []
     for level in np.atleast_1d(np.asarray(levels, dtype=np.float64)):
         tints = np.stack([paint_mixture([level, 1 - level], np.stack([surface, white])) for surface in surfaces])

@@ -16,17 +16,18 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.assemble.phase import COLOR_NORM, PhaseBuilder
-from spectral_core.palette.assemble.phase_solve import PhaseAnswer, solve_phase
+from spectral_core.palette.assemble.side import COLOR_NORM, Assembler
+from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
+from spectral_core.palette.design.rounds import SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
-from spectral_core.palette.live.state import PaletteState
 from spectral_core.palette.paint.mixtures import paint_mixture, paint_slope, tint_differences
 from spectral_core.palette.problem import CellIndex, PaletteProblem
-from spectral_core.palette.qp.least_squares import Link, LinkedLeastSquares
+from spectral_core.palette.qp.engine import Answer, solve
+from spectral_core.palette.qp.quadratic import Block, Quadratic
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution
-from spectral_core.palette.solve import SolveTrace, solve_palette
+from spectral_core.palette.solve import solve_palette
 
 Array = NDArray[np.float64]
 
@@ -58,39 +59,63 @@ class TintCriterion:
         return np.broadcast_to(np.asarray(self.base), (size,))
 
 
-def tint_links(
-    builder: PhaseBuilder, linked: LinkedLeastSquares, state: PaletteState, criterion: TintCriterion
-) -> tuple[list[Link], int]:
-    """Criterion rows of tints, linearized at the state's reflectances, and how many free colors they add.
+def with_tints(builder: Assembler, linked: Quadratic, state: PaletteState, criterion: TintCriterion) -> Quadratic:
+    """The reflectances' problem with the rows of tints, linearized at the state's reflectances.
 
     One more free color per group of matching cells and level: the color that their tints should share.
     """
     size = builder.problem.grid.size
     base = criterion.base_on(size)
-    blocks = {item: k for k, item in enumerate(builder.free_items("reflectances"))}
-    by_light = state.kernel.matrices(state.lights_at_points())[0]
+    numbers = {item: k for k, item in enumerate(builder.free_items("reflectances"))}
+    by_light = state.light_matrices()[0]
     knots = builder.problem.grid.wavelengths_nm
-    links: list[Link] = []
-    added = 0
+    rows: dict[int | None, list[tuple[int, Array, Array, float]]] = {k: [] for k in (None, *numbers.values())}
+    count = len(linked.color_lower)
     for members in matching_cells(builder.wishes):
-        if not any(cell[0] in blocks for cell in members):
+        if not any(cell[0] in numbers for cell in members):
             continue
         for level in criterion.levels:
-            number = len(linked.color_lower) + added
-            added += 1
             for (i, j), weight in members.items():
                 given = builder.problem.reflectances[i].spectrum
                 paint = state.reflectances[i] if given is None else given.at(knots)
                 assert paint is not None
                 tint = paint_mixture([level, 1 - level], np.stack([paint, base]))
                 slope = paint_slope(level, paint, base)
-                factor = criterion.weight * weight / COLOR_NORM
-                if i in blocks:
-                    offset = by_light[j] @ (tint - slope * paint)
-                    links.append(Link(blocks[i], number, by_light[j] * slope, offset, factor, False))
-                else:
-                    links.append(Link(None, number, np.zeros((3, 0)), by_light[j] @ tint, factor, False))
-    return links, added
+                squared = (criterion.weight * weight / COLOR_NORM) ** 2
+                held = tint - slope * paint if i in numbers else tint
+                rows[numbers.get(i)].append((count, by_light[j] * slope, -by_light[j] @ held, squared))
+            count += 1
+    added = np.full((count - len(linked.color_lower), 3), np.inf)
+    known = [(column, target, weight) for column, _, target, weight in rows[None]]
+    return Quadratic(
+        tuple(_tinted(block, rows[k], 3 * count) for k, block in enumerate(linked.blocks)),
+        np.concatenate([linked.color_lower, -added]),
+        np.concatenate([linked.color_upper, added]),
+        np.concatenate([_wider(linked.known_ties, 3 * count), *(_tie(column, count) for column, _, _ in known)]),
+        np.concatenate([linked.known_targets, *(target for _, target, _ in known)]),
+        np.concatenate([linked.known_weights, *(np.full(3, weight) for _, _, weight in known)]),
+    )
+
+
+def _tinted(block: Block, rows: list[tuple[int, Array, Array, float]], colors: int) -> Block:
+    """A block with more rows, and columns for more free colors."""
+    return replace(
+        block,
+        rows=np.concatenate([block.rows, *(matrix for _, matrix, _, _ in rows)]),
+        targets=np.concatenate([block.targets, *(target for _, _, target, _ in rows)]),
+        ties=np.concatenate([_wider(block.ties, colors), *(_tie(column, colors // 3) for column, *_ in rows)]),
+        weights=np.concatenate([block.weights, *(np.full(3, weight) for *_, weight in rows)]),
+    )
+
+
+def _wider(ties: Array, colors: int) -> Array:
+    return np.pad(ties, ((0, 0), (0, colors - ties.shape[1])))
+
+
+def _tie(column: int, count: int) -> Array:
+    tie = np.zeros((3, 3 * count))
+    tie[:, 3 * column : 3 * column + 3] = np.eye(3)
+    return tie
 
 
 def matching_cells(wishes: Wishes) -> list[dict[CellIndex, float]]:
@@ -118,7 +143,7 @@ def solve_with_tints(
     solution = solve_palette(problem)
     if not solution.status.trusted:
         return solution
-    builder = PhaseBuilder(problem, compiled_wishes(problem))
+    builder = Assembler(problem, compiled_wishes(problem))
     state: PaletteState = solution.state
     trace = SolveTrace(notes=[*solution.notes, "tints are matched with the lights held"])
     objective, reach = _tint_objective(builder, state, criterion), STEP_LIMIT
@@ -154,44 +179,24 @@ def largest_tint_difference(solution: PaletteSolution, criterion: TintCriterion)
 
 
 def _tint_step(
-    builder: PhaseBuilder, state: PaletteState, criterion: TintCriterion, reach: float
-) -> tuple[PhaseAnswer, PaletteState]:
-    phase = builder.build("reflectances", state)
-    linked = phase.problem
-    links, added = tint_links(builder, linked, state, criterion)
+    builder: Assembler, state: PaletteState, criterion: TintCriterion, reach: float
+) -> tuple[Answer, PaletteState]:
+    assembled = builder.assembled("reflectances", state)
+    wider = with_tints(builder, assembled.quadratic, state, criterion)
     held = []
-    for item, block in zip(phase.items, linked.blocks, strict=True):
+    for item, block in zip(assembled.items, wider.blocks, strict=True):
         here = state.reflectances[item]
         assert here is not None
         near = np.maximum(block.lower, here - reach), np.minimum(block.upper, here + reach)
         held.append(replace(block, lower=near[0], upper=near[1]))
-    free = np.full((added, 3), np.inf)
-    wider = LinkedLeastSquares(
-        tuple(held),
-        (*linked.links, *links),
-        np.concatenate([linked.color_lower, -free]),
-        np.concatenate([linked.color_upper, free]),
-    )
-    answer = solve_phase(wider)
-    return answer, state.with_reflectances(dict(zip(phase.items, answer.blocks, strict=True)))
+    answer = solve(replace(wider, blocks=tuple(held)))
+    return answer, state.with_values("reflectances", dict(zip(assembled.items, answer.values, strict=True)))
 
 
-def _tint_objective(builder: PhaseBuilder, state: PaletteState, criterion: TintCriterion) -> float:
+def _tint_objective(builder: Assembler, state: PaletteState, criterion: TintCriterion) -> float:
     """Half the sum of squares of all soft rows at a state, tints by Kubelka-Munk itself, free colors at their best."""
-    linked = builder.build("reflectances", state).problem
-    links, _ = tint_links(builder, linked, state, criterion)
+    # Linearized at the state itself, the tints' rows are exact there.
+    linked = with_tints(builder, builder.assembled("reflectances", state).quadratic, state, criterion)
     values = [state.reflectances[item] for item in builder.free_items("reflectances")]
     blocks = [each for each in values if each is not None]
-    total = sum(
-        float(np.sum((block.matrix @ x - block.target) ** 2)) for block, x in zip(linked.blocks, blocks, strict=True)
-    )
-    by_group: dict[int, list[tuple[float, Array]]] = {}
-    for link in (*linked.links, *links):
-        shown = link.offset + (0.0 if link.block is None else link.matrix @ blocks[link.block])
-        by_group.setdefault(link.group, []).append((link.weight, shown))
-    for members in by_group.values():
-        weights = np.array([weight for weight, _ in members])
-        shown = np.stack([color for _, color in members])
-        middle = weights**2 @ shown / max(float((weights**2).sum()), 1e-300)
-        total += float(np.sum((weights[:, None] * (shown - middle)) ** 2))
-    return 0.5 * total
+    return linked.objective(linked.joined(linked.best_colors(blocks), blocks))

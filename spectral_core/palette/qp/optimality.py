@@ -1,47 +1,96 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The check that every answer must pass before it is believed."""
+"""The KKT check: the one place that decides whether an answer is optimal. No engine is believed without it.
+
+The check uses the multipliers of the rows, not their weights times their errors: at a weight of 1000 the error of a row
+is rounding, and its square says nothing (Nocedal and Wright 2006, section 12.3, states the conditions).
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.least_squares import Check, LinkedLeastSquares
+from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 
 
-def checked(problem: LinkedLeastSquares, x: Array, multipliers: Array | None = None) -> Check:
-    """Projected-gradient residual ``|x − clip(x − gradient/scale)|``, bounds and equalities of an answer.
+@dataclass(frozen=True, slots=True)
+class Check:
+    """How well an answer satisfies the conditions of optimality. All in the units of x, but ``equality`` (rows)."""
 
-    Multipliers of the equalities are taken from the engine, or fitted to the unknowns that are off their bounds,
-    whichever explains the answer better.
+    kkt: float
+    """Largest |x − clip(x − gradient / scale)|: about the largest error of any color, in linear RGB."""
+    bounds: float
+    """Largest distance outside the bounds."""
+    equality: float
+    """Largest error of a row that must hold exactly."""
+
+    LIMIT = 1e-6
+    """Largest scaled KKT residual of an answer that is believed."""
+    EQUALITY_LIMIT = 1e-9
+    """Largest error of an equality, in linear RGB; where multipliers are large, a little slack buys a lot."""
+    BOUND_LIMIT = 1e-9
+
+    @property
+    def passed(self) -> bool:
+        """Whether the answer may be called right."""
+        return self.kkt <= self.LIMIT and self.bounds <= self.BOUND_LIMIT and self.equality <= self.EQUALITY_LIMIT
+
+    @property
+    def worst(self) -> float:
+        """One number to compare two answers by."""
+        return max(self.kkt, self.bounds, self.equality)
+
+    def __or__(self, other: Check) -> Check:
+        """The worse of two checks, number by number."""
+        return Check(max(self.kkt, other.kkt), max(self.bounds, other.bounds), max(self.equality, other.equality))
+
+
+FAILED = Check(np.inf, np.inf, np.inf)
+PERFECT = Check(0.0, 0.0, 0.0)
+
+
+def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
+    """Check an answer by the Karush-Kuhn-Tucker conditions.
+
+    Parameters
+    ----------
+    problem
+        What was solved.
+    x
+        All unknowns, free colors first.
+    forces
+        Multiplier of each row of each block, (m,) each: at an optimum ω_r (a_r·x − t_r − τ_r·g), and for exact rows
+        whatever makes the gradient vanish.
     """
     if not np.all(np.isfinite(x)):
-        return Check(np.inf, np.inf, np.inf)
-    gradient = problem.gradient(x)
+        return FAILED
+    gradient = problem.gradient(x, forces) / _scale(problem)
+    kkt = float(np.abs(x - np.clip(x - gradient, problem.lower, problem.upper)).max(initial=0.0))
+    colors, values = problem.split(x)
+    equality = 0.0
+    for block, value, force in zip(problem.blocks, values, forces, strict=True):
+        misses = block.misses(value, colors.ravel())
+        exact = block.exact
+        equality = max(equality, float(np.abs(misses[exact]).max(initial=0.0)))
+        soft = block.soft_weights > 0
+        # A multiplier must be what its row leaves times its weight, or it explains nothing.
+        kkt = max(kkt, float(np.abs(misses[soft] - force[soft] / block.weights[soft]).max(initial=0.0)))
     outside = float(np.maximum(problem.lower - x, x - problem.upper).max(initial=0.0))
-    if not problem.has_equalities:
-        return Check(_residual(problem, x, gradient), outside, 0.0, _gap(problem, x, gradient))
-    matrix, target = problem.equalities
-    error = float(np.abs(matrix @ x - target).max())
-    free = (x > problem.lower + 1e-9) & (x < problem.upper - 1e-9)
-    scale = problem.scale
-    columns = matrix.toarray()[:, free].T / scale[free][:, None]
-    fitted, *_ = np.linalg.lstsq(columns, -gradient[free] / scale[free], rcond=1e-13)
-    candidates = [fitted] if multipliers is None else [fitted, multipliers]
-    gradients = [gradient + matrix.T @ each for each in candidates]
-    best = min(gradients, key=lambda each: _residual(problem, x, each))
-    return Check(_residual(problem, x, best), outside, error, _gap(problem, x, best))
+    return Check(kkt, outside, equality)
 
 
-def _gap(problem: LinkedLeastSquares, x: Array, gradient: Array) -> float:
-    """Σ max over the bounds of gradient·(x − z): no feasible z has a sum of squares lower by more."""
-    reach = 10.0 * float(np.abs(x).max(initial=0.0)) + 1.0
-    low, high = np.maximum(problem.lower, x - reach), np.minimum(problem.upper, x + reach)
-    return float(np.maximum(gradient * (x - low), gradient * (x - high)).sum())
-
-
-def _residual(problem: LinkedLeastSquares, x: Array, gradient: Array) -> float:
-    moved = np.clip(x - gradient / problem.scale, problem.lower, problem.upper)
-    return float(np.abs(x - moved).max(initial=0.0))
+def _scale(problem: Quadratic) -> Array:
+    """What each unknown's gradient is compared with: ``Block.scale``, and by color the weight of its lightest cell."""
+    lightest = np.full(problem.color_lower.size, np.inf)
+    for block in problem.blocks:
+        lightest = np.minimum(lightest, block.lightest_ties)
+    for weight, tie in zip(problem.known_weights, problem.known_ties, strict=True):
+        lightest[tie != 0] = np.minimum(lightest[tie != 0], weight)
+    lengths = [block.lower.size for block in problem.blocks]
+    colors = np.where(np.isfinite(lightest), lightest, 1.0)
+    return np.concatenate([colors, np.repeat([block.scale for block in problem.blocks], lengths)])

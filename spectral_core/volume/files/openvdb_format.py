@@ -26,7 +26,8 @@ from spectral_core.files.guarded import FREE_BYTES, MOST_EXPANSION, half_of_memo
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
-from spectral_core.volume.files.vdb_read import FIRST_VERSION, file_version, grid_names, read_grid
+from spectral_core.volume.files.vdb_read import grid_names, read_grid
+from spectral_core.volume.files.vdb_walk import require_sound
 from spectral_core.volume.files.vdb_write import write_grid
 from spectral_core.volume.files.vtk_format import choose_array
 
@@ -53,7 +54,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     Files that ``write`` made come back with their own type, size and name; other grids with the value type of the
     grid and the box of their active voxels.
     """
-    names = _grid_names(path)
+    names = grid_names(path)
     name = str(choose_array({name: name for name in names}, request.field, path, DENSITY_GRID))
     array, metadata, to_world = _read_with_openvdb(path, name) if find_openvdb() else _read_plainly(path, name)
     if array.ndim == 4:
@@ -114,16 +115,9 @@ def find_openvdb() -> ModuleType | None:
     return None
 
 
-def _grid_names(path: Path) -> list[str]:
-    """Names of the grids, from the head of the file: it tells whether the file is cut, where OpenVDB reads zeros."""
-    openvdb: Any = find_openvdb()
-    if openvdb is not None and file_version(path) < FIRST_VERSION:
-        return [str(grid.name) for grid in openvdb.readAllGridMetadata(str(path))]
-    return grid_names(path)
-
-
 def _read_with_openvdb(path: Path, name: str) -> tuple[NDArray[Any], dict[str, Any], NDArray[np.float64]]:
     openvdb: Any = find_openvdb()
+    require_sound(path, name)
     try:
         grid = openvdb.read(str(path), name)
     except (RuntimeError, OSError, ValueError) as error:

@@ -79,7 +79,7 @@ def read_numbers(
     """
     if encoding == "ascii":
         most = MOST_DIGITS * min(count, half_of_memory() // MOST_DIGITS)
-        array, rest = parse_text(stream.read(most + 1), dtype, count, source), 0
+        array, rest = parse_text(stream.read(min(most, _bytes_left(stream)) + 1), dtype, count, source), 0
     else:
         if encoding == "raw":
             _require_length(stream, count * dtype.itemsize, source)
@@ -107,14 +107,19 @@ def _room_for(count: int, dtype: np.dtype, source: Path) -> NDArray[Any]:
         ) from error
 
 
+def _bytes_left(stream: BinaryIO) -> int:
+    start = stream.tell()
+    end = stream.seek(0, 2)
+    stream.seek(start)
+    return max(end - start, 0)
+
+
 def _require_length(stream: BinaryIO, needed: int, source: Path) -> None:
     """FileFormatError where the rest of a file is shorter than its header states, before room is made for it."""
-    start = stream.tell()
-    left = stream.seek(0, 2) - start
-    stream.seek(start)
+    left = _bytes_left(stream)
     if left < needed:
         raise FileFormatError(
-            f"{source.name} is cut: its data have {max(left, 0)} bytes where its header states {needed}; "
+            f"{source.name} is cut: its data have {left} bytes where its header states {needed}; "
             "copy or export it again"
         )
 

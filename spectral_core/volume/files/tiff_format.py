@@ -137,12 +137,12 @@ def _refuse_cut(file: Any, path: Path) -> None:
     size = path.stat().st_size
     for number, page in enumerate(file.pages):
         page = page.aspage()
-        _require_honest_strips(page, number, path)
         for offset, count in zip(page.dataoffsets, page.databytecounts, strict=True):
             if offset + count > size:
                 raise FileFormatError(
                     f"{path.name} is cut: page {number} needs {offset + count} bytes, the file has {size}"
                 )
+        _require_honest_strips(page, number, path)
 
 
 def _require_honest_strips(page: Any, number: int, path: Path) -> None:

@@ -11,7 +11,6 @@ import itertools
 import os
 import struct
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, MissingDependencyError
+from spectral_core.volume.files.vdb_grid import PlainGrid, Tiles
 from spectral_core.volume.files.vdb_write import ALL_VALUES, LEAF, MAGIC, NODE_LEAVES, ROOT_NODES, ZIP
 
 ACTIVE_MASK, BLOSC = 2, 4
@@ -38,90 +38,20 @@ _TYPES = {
 _SCALARS = {"int32": "<i", "int64": "<q", "float": "<f", "double": "<d", "bool": "<?"}
 
 
-@dataclass(frozen=True)
-class Tiles:
-    """Cubes of one value each: first indices (n, 3), voxels along an edge (n,), values (n,), which are active (n,).
-
-    Arrays, since a small file may hold millions of them.
-    """
-
-    corners: NDArray[np.int64]
-    widths: NDArray[np.int64]
-    values: NDArray[Any]
-    active: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class PlainGrid:
-    """One grid: leaves (n, 8, 8, 8) or (n, 8, 8, 8, 3), their first indices (n, 3), which voxels are active, tiles."""
-
-    name: str
-    metadata: dict[str, Any]
-    index_to_world: NDArray[np.float64]
-    background: Any
-    leaves: NDArray[Any]
-    origins: NDArray[np.int64]
-    active: NDArray[np.bool_]
-    tiles: Tiles
-
-    def active_box(self) -> tuple[tuple[int, int, int], tuple[int, int, int]] | None:
-        """First and last index of the active voxels, None without any."""
-        kept = self.tiles.active
-        lows = [self.tiles.corners[kept]]
-        highs = [self.tiles.corners[kept] + self.tiles.widths[kept, None] - 1]
-        for axis in range(3):
-            # along each axis: the first and last layer of a leaf that holds an active voxel
-            layers = self.active.any(axis=tuple(other + 1 for other in range(3) if other != axis))
-            used = np.flatnonzero(layers.any(axis=1))
-            low, high = self.origins[used].copy(), self.origins[used].copy()
-            low[:, axis] += layers[used].argmax(axis=1)
-            high[:, axis] += LEAF - 1 - layers[used][:, ::-1].argmax(axis=1)
-            lows.append(np.where(np.arange(3) == axis, low, np.iinfo(np.int64).max))
-            highs.append(np.where(np.arange(3) == axis, high, np.iinfo(np.int64).min))
-        first, last = np.concatenate(lows), np.concatenate(highs)
-        if not len(first):
-            return None
-        (a, b, c), (d, e, f) = first.min(axis=0).tolist(), last.max(axis=0).tolist()
-        return (a, b, c), (d, e, f)
-
-    def fill(self, array: NDArray[Any], low: tuple[int, int, int]) -> None:
-        """Copy what lies in the box of ``array``, whose first voxel has index ``low``."""
-        array[...] = self.background
-        firsts = np.maximum(self.tiles.corners - np.array(low), 0)
-        lasts = np.minimum(self.tiles.corners - np.array(low) + self.tiles.widths[:, None], array.shape[:3])
-        for index in np.flatnonzero((firsts < lasts).all(axis=1)):
-            here = tuple(slice(a, b) for a, b in zip(firsts[index], lasts[index], strict=True))
-            array[here] = self.tiles.values[index]
-        for values, origin in zip(self.leaves, self.origins - np.array(low), strict=True):
-            first = np.maximum(origin, 0)
-            last = np.minimum(origin + LEAF, array.shape[:3])
-            if (first < last).all():
-                here = tuple(slice(a, b) for a, b in zip(first, last, strict=True))
-                there = tuple(slice(a - o, b - o) for a, b, o in zip(first, last, origin, strict=True))
-                array[here] = values[there]
-
-
 def grid_names(path: Path) -> list[str]:
     """Names of the grids of a file. Raises FileFormatError."""
     with path.open("rb") as stream:
-        return [name for name, *_ in _descriptors(stream, path)]
-
-
-def file_version(path: Path) -> int:
-    """The version of the file's format; 0 for a file too short to have one."""
-    with path.open("rb") as stream:
-        head = stream.read(12)
-    return int(struct.unpack("<qI", head.ljust(12, b"\0"))[1])
+        return [name for name, *_ in descriptors(stream, path)]
 
 
 def read_grid(path: Path, name: str) -> PlainGrid:
     """The grid of that name. Raises FileFormatError for cut or odd files, MissingDependencyError for Blosc."""
     try:
         with path.open("rb") as stream:
-            for held, kind, start, _ in _descriptors(stream, path):
+            for held, kind, start, _ in descriptors(stream, path):
                 if held == name:
                     stream.seek(start)
-                    return _Reader(stream, path, kind).grid(name)
+                    return GridReader(stream, path, kind).grid(name)
     except (struct.error, zlib.error, ValueError, KeyError) as error:
         if isinstance(error, FileFormatError):
             raise
@@ -129,7 +59,7 @@ def read_grid(path: Path, name: str) -> PlainGrid:
     raise FileFormatError(f"{path.name} has no grid {name!r}")
 
 
-def _descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]:
+def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]:
     """(name, tree type, where the grid begins, where it ends) of each grid."""
     size = path.stat().st_size
     try:
@@ -139,9 +69,9 @@ def _descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]
                 f"{path.name} is an OpenVDB file of version {version}; expected {FIRST_VERSION} or later"
             )
         stream.seek(8 + 1 + 36, 1)
-        _metadata(stream)
+        read_metadata(stream)
         found = []
-        for _ in range(_word(stream)):
+        for _ in range(read_word(stream)):
             name, kind, parent = _text(stream), _text(stream), _text(stream)
             start, _, end = struct.unpack("<3q", stream.read(24))
             if not stream.tell() <= start <= end <= size:
@@ -155,7 +85,7 @@ def _descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]
     return found
 
 
-class _Reader:
+class GridReader:
     """Walks one grid in the order of the file."""
 
     def __init__(self, stream: BinaryIO, path: Path, tree: str) -> None:
@@ -171,27 +101,27 @@ class _Reader:
         self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") else self.dtype
 
     def grid(self, name: str) -> PlainGrid:
-        self.flags = _word(self.stream)
+        self.flags = read_word(self.stream)
         if self.flags & BLOSC:
             raise MissingDependencyError(
                 f"{self.path.name} is packed with Blosc, which needs OpenVDB's own Python module: open it in a Blender "
                 "from blender.org, or save it without Blosc"
             )
-        metadata = _metadata(self.stream)
-        matrix = _map(self.stream, self.path)
-        _word(self.stream)  # buffers per leaf: one
+        metadata = read_metadata(self.stream)
+        matrix = transform_of(self.stream, self.path)
+        read_word(self.stream)  # buffers per leaf: one
         self.background = self._numbers(1)[0]
-        tiles, children = struct.unpack("<II", self._bytes(8))
+        tiles, children = struct.unpack("<II", self.take(8))
         for _ in range(tiles):
             corner, value = self._corner(), self._numbers(1)
-            active = np.array([self._bytes(1) != b"\0"])
+            active = np.array([self.take(1) != b"\0"])
             self.tiles.append((corner[None], ROOT_NODES * NODE_LEAVES * LEAF, value, active))
         origins: list[NDArray[np.int64]] = []
         for _ in range(children):
             for outer in self._node(self._corner(), ROOT_NODES, NODE_LEAVES * LEAF):
                 for inner in self._node(outer, NODE_LEAVES, LEAF):
                     origins.append(inner)
-                    self._bytes(LEAF**3 // 8)
+                    self.take(LEAF**3 // 8)
         left = os.fstat(self.stream.fileno()).st_size - self.stream.tell()
         if len(origins) * LEAF_BYTES > left:  # before room is made for them
             raise struct.error(f"{left} bytes for the values of {len(origins)} leaves")
@@ -232,11 +162,11 @@ class _Reader:
         )
 
     def _corner(self) -> NDArray[np.int64]:
-        return np.frombuffer(self._bytes(12), "<i4").astype(np.int64)
+        return np.frombuffer(self.take(12), "<i4").astype(np.int64)
 
     def _values(self, count: int, active: NDArray[np.bool_]) -> NDArray[Any]:
         """``readCompressedValues`` of OpenVDB: all values, or the active ones and how to make up the others."""
-        mark = self._bytes(1)[0]
+        mark = self.take(1)[0]
         others = [-self.background if mark == 1 else self.background, self.background]
         if mark in (2, 4, 5):
             others[0] = self._numbers(1)[0]
@@ -254,23 +184,23 @@ class _Reader:
     def _packed(self, count: int) -> NDArray[Any]:
         size = count * self.stored.itemsize * int(np.prod(self.shape, dtype=int))
         if self.flags & ZIP:
-            held = struct.unpack("<q", self._bytes(8))[0]
-            plain = zlib.decompressobj().decompress(self._bytes(held), size + 1) if held > 0 else self._bytes(-held)
+            held = struct.unpack("<q", self.take(8))[0]
+            plain = zlib.decompressobj().decompress(self.take(held), size + 1) if held > 0 else self.take(-held)
         else:
-            plain = self._bytes(size)
+            plain = self.take(size)
         if len(plain) != size:
             raise FileFormatError(f"{self.path.name} is odd: a node has {len(plain)} bytes where {size} are due")
         return np.frombuffer(plain, self.stored).reshape(-1, *self.shape).astype(self.dtype)
 
     def _numbers(self, count: int) -> NDArray[Any]:
         width = self.dtype.itemsize * int(np.prod(self.shape, dtype=int))
-        return np.frombuffer(self._bytes(count * width), self.dtype).reshape(-1, *self.shape)
+        return np.frombuffer(self.take(count * width), self.dtype).reshape(-1, *self.shape)
 
     def _mask(self, count: int) -> NDArray[np.bool_]:
-        bits = np.unpackbits(np.frombuffer(self._bytes(count // 8), np.uint8), bitorder="little")
+        bits = np.unpackbits(np.frombuffer(self.take(count // 8), np.uint8), bitorder="little")
         return bits.astype(bool)
 
-    def _bytes(self, count: int) -> bytes:
+    def take(self, count: int) -> bytes:
         return _exactly(self.stream, count)
 
 
@@ -279,7 +209,7 @@ def _coordinates(places: NDArray[np.int64], edge: int) -> NDArray[np.int64]:
     return np.stack([places // edge**2, places // edge % edge, places % edge], axis=-1).astype(np.int64)
 
 
-def _map(stream: BinaryIO, path: Path) -> NDArray[np.float64]:
+def transform_of(stream: BinaryIO, path: Path) -> NDArray[np.float64]:
     """The 4×4 matrix from index to world of a grid's transform."""
     kind = _text(stream)
     matrix = np.eye(4)
@@ -294,12 +224,12 @@ def _map(stream: BinaryIO, path: Path) -> NDArray[np.float64]:
     return matrix
 
 
-def _metadata(stream: BinaryIO) -> dict[str, Any]:
+def read_metadata(stream: BinaryIO) -> dict[str, Any]:
     """Texts and plain numbers by name; what else there is is passed over."""
     found: dict[str, Any] = {}
-    for _ in itertools.repeat(None, _word(stream)):
+    for _ in itertools.repeat(None, read_word(stream)):
         key, kind = _text(stream), _text(stream)
-        value = _exactly(stream, _word(stream))
+        value = _exactly(stream, read_word(stream))
         if kind == "string":
             found[key] = value.decode("utf-8", "replace")
         elif kind in _SCALARS:
@@ -311,12 +241,12 @@ def _doubles(stream: BinaryIO, count: int) -> NDArray[np.float64]:
     return np.frombuffer(_exactly(stream, 8 * count), "<f8").astype(np.float64)
 
 
-def _word(stream: BinaryIO) -> int:
+def read_word(stream: BinaryIO) -> int:
     return int(struct.unpack("<I", stream.read(4))[0])
 
 
 def _text(stream: BinaryIO) -> str:
-    return _exactly(stream, _word(stream)).decode("utf-8", "replace")
+    return _exactly(stream, read_word(stream)).decode("utf-8", "replace")
 
 
 def _exactly(stream: BinaryIO, count: int) -> bytes:

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sweep of the open file: its document, its run in a process of its own, its page, its points set in the scene."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.types import PropertyGroup, Scene
+
+from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.explore.page.serve import LiveSweep, PageServer
+from spectral_core.explore.sweep.ledger import Row
+from spectral_core.explore.sweep.parameters import Parameter
+from spectral_core.explore.sweep.store import Store, cdb_folder
+from spectral_core.files.whole import write_text
+
+from .board.paths import number_at
+
+POLL_S = 0.5
+_run: Run | None = None
+_server: PageServer | None = None
+
+
+class Run:
+    """A sweep on its way in another process; ``finish`` takes its last words."""
+
+    def __init__(self, command: list[str], folder: Path, total: int) -> None:
+        self.folder, self.total, self.started = folder, total, time.monotonic()
+        self.log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self.process = subprocess.Popen(command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+
+    def done(self) -> int:
+        """Points that the ledger holds, finished."""
+        if not (self.folder / "project.json").is_file():
+            return 0
+        with Store.open(self.folder) as store:
+            return len(store.ledger.rows("done"))
+
+    def words(self) -> str:
+        """What the process has said."""
+        self.log.seek(0)
+        return self.log.read().decode("utf-8", "replace")
+
+    def cancel(self) -> None:
+        """End the process; what is computed stays."""
+        if self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+
+
+def running() -> Run | None:
+    """The run on its way."""
+    return _run
+
+
+def add(scene: Scene, path: str) -> PropertyGroup:
+    """Sweep another number of the file, over its slider's range. Raises InvalidInputError where there is none."""
+    number = number_at(path)
+    sweep = scene.spectral.sweep
+    if path in sweep.parameters:
+        raise InvalidInputError(f"{path} is swept already")
+    low, high = number.range()
+    entry = sweep.parameters.add()
+    entry.name, entry.low, entry.high = path, low, high
+    entry.label = _label(path, [each.label for each in sweep.parameters])
+    entry.whole = isinstance(number._element(), int)
+    sweep.active = len(sweep.parameters) - 1
+    return entry
+
+
+def _label(path: str, taken: list[str]) -> str:
+    """A column name from the last words of a path: the data-block, then the property."""
+    words = re.findall(r'"([^"]*)"', path)[:1] + re.findall(r"\.(\w+)(?:\[\d+\])?$", path)
+    index = re.search(r"\[(\d+)\]$", path)
+    text = "_".join([*words, *([index[1]] if index else [])])
+    name = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
+    name = name if not name[0].isdigit() else f"p_{name}"
+    return name if name not in taken else next(f"{name}_{k}" for k in range(2, 1000) if f"{name}_{k}" not in taken)
+
+
+def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
+    """The core's parameters. Raises InvalidInputError for a range or name that is wrong, or where none is swept."""
+    if not len(sweep.parameters):
+        raise InvalidInputError("nothing is swept; right-click a number and choose Add to Sweep")
+    made = []
+    for entry in sweep.parameters:
+        number_at(entry.name)
+        kind: Any = "integer" if entry.whole else "real"
+        made.append(Parameter(entry.label, entry.low, entry.high, scale=entry.scale, kind=kind, path=entry.name))
+    return made
+
+
+def folder_of(sweep: PropertyGroup) -> Path:
+    """Where the sweep is kept; beside the file, or a temporary folder where it was never saved."""
+    if sweep.folder.startswith("//") and not bpy.data.filepath:
+        return Path(bpy.app.tempdir or tempfile.gettempdir()) / "sweep.cdb"
+    return cdb_folder(Path(bpy.path.abspath(sweep.folder).rstrip("/\\")))
+
+
+def write_documents(scene: Scene) -> tuple[Path, Path]:
+    """Write a copy of the file and the sweep's document beside the folder; returns document and folder."""
+    sweep = scene.spectral.sweep
+    parameters = parameters_of(sweep)
+    folder = folder_of(sweep)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    blend = folder.with_suffix(".sweep.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
+    lines = [
+        'format = "spectral-scene sweep"', "version = 1", "", "[compute]", 'kind = "blend"',
+        f"blend = {json.dumps(blend.name)}", f"percentage = {sweep.percentage}", f"samples = {sweep.samples}", "",
+        "[design]", f"kind = {json.dumps(sweep.design)}", f"budget = {sweep.budget}",
+    ]  # fmt: skip
+    for parameter in parameters:
+        lines += ["", "[[parameters]]", *(f"{key} = {json.dumps(value)}" for key, value in parameter.to_dict().items())]
+    document = folder.with_suffix(".sweep.toml")
+    write_text(document, "\n".join(lines) + "\n")
+    return document, folder
+
+
+def command_line(document: Path, folder: Path, workers: int) -> list[str]:
+    """The command that runs a sweep with the Blender that this is."""
+    words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers)]
+    if bpy.app.binary_path:
+        return [bpy.app.binary_path, "-b", "--command", "spectral", *words]
+    package = __package__.partition(".")[0]
+    return [sys.executable, "-m", package, *words]
+
+
+def start(scene: Scene) -> Run:
+    """Start the sweep in a process of its own."""
+    global _run
+    if _run is not None and _run.process.poll() is None:
+        raise InvalidInputError("a sweep is on its way; wait for it or cancel it")
+    sweep = scene.spectral.sweep
+    document, folder = write_documents(scene)
+    _run = Run(command_line(document, folder, sweep.workers), folder, sweep.budget)
+    sweep.status, sweep.done, sweep.total = "starting", 0, sweep.budget
+    return _run
+
+
+def look(scene: Scene) -> bool:
+    """Take over how far the run is; True while it is on its way."""
+    global _run
+    if _run is None:
+        return False
+    sweep, run = scene.spectral.sweep, _run
+    code = run.process.poll()
+    sweep.done = run.done()
+    if code is None:
+        seconds = time.monotonic() - run.started
+        left = (run.total - sweep.done) * seconds / sweep.done if sweep.done else None
+        sweep.status = f"{sweep.done} of {run.total}" + ("" if left is None else f", about {left:.0f} s left")
+        return True
+    words = run.words()
+    aside = [line for line in words.splitlines() if "set aside" in line]
+    if code == 0:
+        sweep.status = f"{sweep.done} points done"
+    else:
+        last = next((line for line in reversed(words.splitlines()) if line.strip()), f"status {code}")
+        sweep.status = aside[0] if aside else last.strip()
+    run.log.close()
+    _run = None
+    return False
+
+
+def wait(scene: Scene) -> None:
+    """Wait for the run, without a window. Raises RenderError where it failed."""
+    run = _run
+    while look(scene):
+        time.sleep(0.1)
+    if run is not None and run.process.returncode:
+        raise RenderError(scene.spectral.sweep.status)
+
+
+def cancel() -> None:
+    """End the run."""
+    if _run is None:
+        raise InvalidInputError("no sweep is on its way")
+    _run.cancel()
+
+
+def estimate(scene: Scene) -> str:
+    """Words on how long the sweep will take: from rows done before, else from one render of the settings."""
+    sweep = scene.spectral.sweep
+    parameters_of(sweep)
+    folder = folder_of(sweep)
+    times: list[float] = []
+    if (folder / "project.json").is_file():
+        with Store.open(folder) as store:
+            times = [row.seconds for row in store.ledger.rows("done") if row.seconds is not None]
+    if not times:
+        render = scene.render
+        share = sweep.percentage / 100
+        paths = render.resolution_x * render.resolution_y * share * share * sweep.samples
+        return (
+            f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each; the first ones will tell the time"
+        )
+    each = sum(times) / len(times)
+    left = max(0, sweep.budget - len(times))
+    return f"{each:.2f} s each; {left} new renders take about {each * left / sweep.workers:.0f} s"
+
+
+def rows(scene: Scene) -> list[Row]:
+    """Finished rows of the sweep, in the order of the table."""
+    folder = folder_of(scene.spectral.sweep)
+    if not (folder / "project.json").is_file():
+        raise InvalidInputError(f"there is no sweep in {folder}; run it first")
+    with Store.open(folder) as store:
+        return store.ledger.rows("done")
+
+
+def set_point(scene: Scene, values: Mapping[str, Any]) -> None:
+    """Set the swept numbers of the file to a point's values."""
+    by_label = {entry.label: entry.name for entry in scene.spectral.sweep.parameters}
+    missing = [name for name in values if name not in by_label]
+    if missing:
+        raise InvalidInputError(f"the scene does not sweep {missing[0]!r} any more; add it again to apply this point")
+    numbers = [(number_at(by_label[name]), value) for name, value in values.items()]
+    for number, value in numbers:
+        number.write(float(value))
+
+
+def keyframe_path(scene: Scene, chosen: list[Row], step: int) -> int:
+    """Keyframe the swept numbers through rows, ``step`` frames apart from the present frame; returns the last frame."""
+    frame = scene.frame_current
+    paths = {entry.label: number_at(entry.name) for entry in scene.spectral.sweep.parameters}
+    for place, row in enumerate(chosen):
+        for name, value in row.parameters.items():
+            number = paths[name]
+            number.write(float(value))
+            path = f'["{number.name}"]' if number.is_custom else number.name
+            number.owner.keyframe_insert(path, index=-1 if number.index is None else number.index,
+                                         frame=frame + place * step)  # fmt: skip
+    return frame + (len(chosen) - 1) * step
+
+
+def serve(scene: Scene) -> str:
+    """Serve the page of the sweep; returns its address. Points are applied on the main thread."""
+    global _server
+    stop_serving()
+    folder = folder_of(scene.spectral.sweep)
+    rows(scene)
+    name = scene.name
+
+    def apply(values: Mapping[str, Any]) -> None:
+        given = dict(values)
+
+        def on_main_thread() -> None:
+            target = bpy.data.scenes.get(name)
+            if target is not None:
+                set_point(target, given)
+                bpy.ops.ed.undo_push(message="Apply Sweep Point")
+
+        bpy.app.timers.register(on_main_thread)
+
+    _server = PageServer(LiveSweep(Store.open(folder), folder.parent, apply=apply))
+    threading.Thread(target=_server.serve_forever, daemon=True).start()
+    return _server.address
+
+
+def stop_serving() -> None:
+    """End the server of the page."""
+    global _server
+    if _server is not None:
+        _server.shutdown()
+        _server.server_close()
+        _server.live.store.close()
+        _server = None
+
+
+def register() -> None:
+    """Nothing to add; the module holds the run and the server."""
+
+
+def unregister() -> None:
+    """End what runs."""
+    global _run
+    if _run is not None:
+        _run.cancel()
+        _run.log.close()
+        _run = None
+    stop_serving()

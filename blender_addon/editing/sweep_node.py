@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A .blend file as a compute node: properties by their full data paths are set, the scene is translated and rendered.
+
+A worker opens the file once and keeps it open. The node's fingerprint is that of the translated scene with every swept
+property at the start of its range, so that saving the file again, or applying a point to it, changes nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
+from spectral_core.explore.sweep.document import entries
+from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.scene import Film, Scene, scene_hash
+
+from .board.paths import number_at
+
+PACKAGE = __package__.rpartition(".")[0]
+LIGHT_PATH = "bpy.data.lights["
+
+
+@dataclass(frozen=True)
+class BlendNode:
+    """Renders a .blend file with some of its properties set.
+
+    ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: instead of the file's
+    output size and samples, None for those of the file. ``command``: of a worker.
+    """
+
+    file: str
+    paths: tuple[tuple[str, str], ...]
+    percentage: int | None = None
+    samples: int | None = None
+    command: tuple[str, ...] = ()
+    fingerprint: str = ""
+    _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+
+    @classmethod
+    def of(cls, file: Path, space: Space, *, percentage: int | None = None, samples: int | None = None) -> BlendNode:
+        """The node of a file; every path is checked in it.
+
+        Parameters
+        ----------
+        file : the .blend file.
+        space : the parameters; their targets are full data paths, as Copy Full Data Path gives them.
+        percentage : size of the pictures in percent of the file's.
+        samples : light paths per pixel.
+        """
+        for parameter in space.parameters:
+            if parameter.kind == "choice" and any(isinstance(choice, str) for choice in parameter.choices):
+                raise InvalidInputError(f"{parameter.name} sets a number of the file; its choices must be numbers")
+        paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
+        node = cls(str(file.resolve()), paths, percentage, samples, worker_command())
+        start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
+        print_ = scene_hash(node.scene(start, 0))
+        said = f"{print_}{paths!r}{node.relights}"
+        return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
+
+    @property
+    def relights(self) -> bool:
+        """Whether only energies of lights are swept, so that points are re-lit instead of rendered."""
+        return all(path.startswith(LIGHT_PATH) and path.endswith(".energy") for _, path in self.paths)
+
+    def worker_command(self) -> list[str]:
+        """Command of a process that has this Blender."""
+        return list(self.command)
+
+    @property
+    def worker_prelude(self) -> str:
+        """Load bpy from where Python finds it: loaded, it puts a folder on the module path that hides itself."""
+        return "" if "--python-expr" in self.command else "import bpy"
+
+    def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
+        scene = self.scene(parameters, seed)
+        if self.relights:
+            relighter: Relighter = self._kept.setdefault("relighter", Relighter())
+            return relighter.picture(scene)
+        return rendered(scene)
+
+    def scene(self, parameters: Mapping[str, Value], seed: int) -> Scene:
+        """The file's scene at a point."""
+        from ..translate.scene import translate_scene
+
+        self._open()
+        for name, path in self.paths:
+            value = parameters[name]
+            if isinstance(value, str):
+                raise InvalidInputError(f"{name} is {value!r}; {path} is a number")
+            number_at(path).write(float(value))
+        if any(".spectral.palette" in path for _, path in self.paths):
+            bpy.ops.spectral.palette_solve()  # the spectra of a palette follow its weights
+            bpy.ops.spectral.palette_apply()
+        bpy.context.view_layer.update()
+        scene = translate_scene(bpy.context.evaluated_depsgraph_get())
+        film: Film = replace(scene.film, seed=seed)
+        return replace(scene, film=film if self.samples is None else replace(film, samples=self.samples))
+
+    def _open(self) -> None:
+        if self._kept.get("open") == self.file and bpy.data.filepath == self.file:
+            return
+        if not hasattr(bpy.types.Scene, "spectral"):
+            import_module(PACKAGE).register()
+        if not Path(self.file).is_file():
+            raise InvalidInputError(f"there is no file {self.file}")
+        try:
+            bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)
+        except RuntimeError as error:
+            raise FileFormatError(f"{Path(self.file).name} cannot be opened: {str(error).strip()}") from error
+        bpy.context.scene.render.engine = "SPECTRAL"
+        if self.percentage is not None:
+            bpy.context.scene.render.resolution_percentage = self.percentage
+        self._kept["open"] = self.file
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_kept": {}}
+
+    def describe(self) -> list[str]:
+        """What the plan says."""
+        lines = ["each worker keeps the file open and the renderer warm; a swept number compiles nothing"]
+        if self.relights:
+            lines.append("only energies of lights are swept: a worker records them once and re-lights each point")
+        elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
+            lines.append("lights are swept together with other properties, so every point is rendered")
+        return lines
+
+
+def worker_command() -> tuple[str, ...]:
+    """Blender itself without a window, or this Python where bpy is a module of it."""
+    if bpy.app.binary_path:
+        return bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr"
+    from spectral_core.render.process.renderer import find_python
+
+    return find_python(), "-c"
+
+
+def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:
+    """The node of a document's ``[compute] kind = "blend"``."""
+    name = entries(table, "blend", "blend", ("percentage", "samples"))
+    return BlendNode.of(folder / name, space, percentage=table.get("percentage"), samples=table.get("samples"))

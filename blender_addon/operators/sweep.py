@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Add numbers to the sweep, run it in the background, open its page, apply a point, keyframe a path of points."""
+
+import bpy
+from bpy.props import BoolProperty, IntProperty, StringProperty
+from bpy.types import Context, Event
+
+from spectral_core.errors import InvalidInputError
+
+from ..editing import sweep as editing
+from ..editing.board.paths import full_path
+from .common import UNDOABLE, reporting
+
+
+class SPECTRAL_OT_sweep_add(bpy.types.Operator):
+    """Sweep this number: render the scene at many of its values"""
+
+    bl_idname = "spectral.sweep_add"
+    bl_label = "Add to Sweep"
+    bl_options = UNDOABLE
+    target: StringProperty(
+        name="Data Path", description='As Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
+    )
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        entry = editing.add(context.scene, self.target)
+        self.report({"INFO"}, f"{entry.label} is swept from {entry.low:g} to {entry.high:g}")
+
+
+class SPECTRAL_OT_sweep_remove(bpy.types.Operator):
+    """Do not sweep this number any more"""
+
+    bl_idname = "spectral.sweep_remove"
+    bl_label = "Remove from Sweep"
+    bl_options = UNDOABLE
+    index: IntProperty(min=0)
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        parameters = context.scene.spectral.sweep.parameters
+        if self.index >= len(parameters):
+            raise InvalidInputError(f"there is no parameter {self.index}; the sweep has {len(parameters)}")
+        parameters.remove(self.index)
+
+
+class SPECTRAL_OT_sweep_estimate(bpy.types.Operator):
+    """Say how long the sweep will take"""
+
+    bl_idname = "spectral.sweep_estimate"
+    bl_label = "Estimate"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        text = editing.estimate(context.scene)
+        context.scene.spectral.sweep.status = text
+        self.report({"INFO"}, text)
+
+
+class SPECTRAL_OT_sweep_run(bpy.types.Operator):
+    """Render what is missing of the sweep, in the background; Blender stays free"""
+
+    bl_idname = "spectral.sweep_run"
+    bl_label = "Run Sweep"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        editing.start(context.scene)
+        if bpy.app.background:
+            editing.wait(context.scene)
+            return
+        name = context.scene.name
+
+        def tick() -> float | None:
+            scene = bpy.data.scenes.get(name)
+            if scene is None:
+                return None
+            more = editing.look(scene)
+            for window in bpy.context.window_manager.windows:
+                for area in window.screen.areas:
+                    if area.type == "VIEW_3D":
+                        area.tag_redraw()
+            return editing.POLL_S if more else None
+
+        bpy.app.timers.register(tick, first_interval=editing.POLL_S)
+
+
+class SPECTRAL_OT_sweep_cancel(bpy.types.Operator):
+    """End the run; what is rendered stays, and the next run goes on from there"""
+
+    bl_idname = "spectral.sweep_cancel"
+    bl_label = "Cancel Sweep"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, _context: Context) -> None:
+        editing.cancel()
+
+
+class SPECTRAL_OT_sweep_open(bpy.types.Operator):
+    """Explore the sweep in the web browser: plots, pictures, labels; a point picked there can be applied here"""
+
+    bl_idname = "spectral.sweep_open"
+    bl_label = "Explore"
+    bl_options: set[str] = set()
+    browse: BoolProperty(name="Open Browser", default=True, options={"SKIP_SAVE"})
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        address = editing.serve(context.scene)
+        context.window_manager.clipboard = address
+        if self.browse and not bpy.app.background:
+            bpy.ops.wm.url_open(url=address)
+        self.report({"INFO"}, "the page is served; its address is on the clipboard")
+
+
+class SPECTRAL_OT_sweep_apply(bpy.types.Operator):
+    """Set the scene to a row of the sweep's table"""
+
+    bl_idname = "spectral.sweep_apply"
+    bl_label = "Apply Point"
+    bl_options = UNDOABLE
+    row: IntProperty(name="Row", min=0, description="Row of the table from 1; 0 takes the panel's")
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        found, row = editing.rows(context.scene), self.row or context.scene.spectral.sweep.point
+        if row > len(found):
+            raise InvalidInputError(f"there is no row {row}; the table has {len(found)}")
+        editing.set_point(context.scene, found[row - 1].parameters)
+
+
+class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
+    """Keyframe a path through rows of the sweep's table, from the present frame on"""
+
+    bl_idname = "spectral.sweep_keyframe"
+    bl_label = "Keyframe Path"
+    bl_options = UNDOABLE
+    rows: StringProperty(name="Rows", default="1, 2, 3", description="Rows of the table, such as 4, 1, 12")
+    step: IntProperty(name="Frames Between", default=24, min=1)
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        return context.window_manager.invoke_props_dialog(self)
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        found = editing.rows(context.scene)
+        words = [word for word in self.rows.replace(",", " ").split() if word]
+        if not words or not all(word.isdigit() and 1 <= int(word) <= len(found) for word in words):
+            raise InvalidInputError(f"{self.rows!r} are no rows of the table; expected numbers from 1 to {len(found)}")
+        last = editing.keyframe_path(context.scene, [found[int(word) - 1] for word in words], self.step)
+        self.report({"INFO"}, f"{len(words)} points keyframed up to frame {last}")
+
+
+def draw_menu(self: bpy.types.Menu, context: Context) -> None:
+    """In the menu of every number: right click, Add to Sweep."""
+    pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
+    if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:
+        return
+    block = pointer.id_data
+    try:
+        holder = "" if pointer == block else pointer.path_from_id() + "."
+    except ValueError:
+        return  # Blender gives no path to it
+    for index in range(known.array_length) if known.is_array else (-1,):
+        axis = "" if index < 0 else f" {index + 1}"
+        added = self.layout.operator("spectral.sweep_add", text=f"Add to Sweep{axis}", icon="GRAPH")
+        added.target = full_path(block, holder + known.identifier, index)
+
+
+CLASSES = (
+    SPECTRAL_OT_sweep_add, SPECTRAL_OT_sweep_remove, SPECTRAL_OT_sweep_estimate, SPECTRAL_OT_sweep_run,
+    SPECTRAL_OT_sweep_cancel, SPECTRAL_OT_sweep_open, SPECTRAL_OT_sweep_apply, SPECTRAL_OT_sweep_keyframe,
+)  # fmt: skip
+_register, _unregister = bpy.utils.register_classes_factory(CLASSES)
+
+
+def register() -> None:
+    """Register the operators, and the entry in the menu of numbers."""
+    _register()
+    bpy.types.UI_MT_button_context_menu.append(draw_menu)
+
+
+def unregister() -> None:
+    """Take both away."""
+    bpy.types.UI_MT_button_context_menu.remove(draw_menu)
+    _unregister()

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panel "Sweep" in the sidebar of the 3D view."""
+
+import bpy
+from bpy.types import Context, PropertyGroup, UILayout
+
+from ..editing import sweep as editing
+from .parts import wrapped
+
+
+class SPECTRAL_PT_sweep(bpy.types.Panel):
+    """Render the scene at many settings and explore the pictures"""
+
+    bl_label = "Sweep"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Spectral"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        sweep, layout = context.scene.spectral.sweep, self.layout
+        if not len(sweep.parameters):
+            wrapped(layout, context, "Right-click any number and choose Add to Sweep.", icon="INFO")
+            return
+        for number, entry in enumerate(sweep.parameters):
+            _draw_parameter(layout, number, entry)
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        for name in ("budget", "design", "percentage", "samples", "workers", "folder"):
+            column.prop(sweep, name)
+        _draw_run(layout, context, sweep)
+        _draw_outcome(layout, sweep)
+
+
+def _draw_parameter(layout: UILayout, number: int, entry: PropertyGroup) -> None:
+    box = layout.box()
+    row = box.row()
+    row.prop(entry, "label", text="", icon="GRAPH")
+    row.operator("spectral.sweep_remove", text="", icon="X", emboss=False).index = number
+    row = box.row(align=True)
+    row.prop(entry, "low")
+    row.prop(entry, "high")
+    row = box.row(align=True)
+    row.prop(entry, "scale", expand=True)
+    row.prop(entry, "whole", text="", icon="LINENUMBERS_ON")
+
+
+def _draw_run(layout: UILayout, context: Context, sweep: PropertyGroup) -> None:
+    row = layout.row(align=True)
+    row.scale_y = 1.3
+    if editing.running() is None:
+        row.operator("spectral.sweep_run", icon="PLAY")
+        row.operator("spectral.sweep_estimate", text="", icon="TIME")
+    else:
+        row.progress(factor=sweep.done / max(sweep.total, 1), text=f"{sweep.done} of {sweep.total}")
+        row.operator("spectral.sweep_cancel", text="", icon="X")
+    if sweep.status:
+        wrapped(layout, context, sweep.status, icon="INFO")
+
+
+def _draw_outcome(layout: UILayout, sweep: PropertyGroup) -> None:
+    layout.operator("spectral.sweep_open", icon="WORLD")
+    row = layout.row(align=True)
+    row.prop(sweep, "point")
+    row.operator("spectral.sweep_apply", icon="CHECKMARK").row = 0
+    layout.operator("spectral.sweep_keyframe", icon="KEYFRAME")
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_sweep,))

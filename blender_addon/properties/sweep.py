@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``scene.spectral.sweep``: which numbers of the file are swept, over which ranges, and how many points."""
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+
+class SpectralSweepParameter(bpy.types.PropertyGroup):
+    """A swept number; ``name`` is its full data path."""
+
+    label: StringProperty(name="Name", description="Column of the table: letters, digits and underscores")
+    low: FloatProperty(name="From", default=0.0, description="Lower end of the range")
+    high: FloatProperty(name="To", default=1.0, description="Upper end of the range")
+    scale: EnumProperty(
+        name="Scale",
+        description="How points are spread over the range",
+        items=[
+            ("linear", "Linear", "Points are spread evenly over the range", 0),
+            ("log", "Logarithmic", "Points are spread evenly over the logarithm: for energies and other ratios", 1),
+        ],
+    )
+    whole: BoolProperty(name="Whole Numbers", description="Only whole numbers, both ends included")
+
+
+class SpectralSweep(bpy.types.PropertyGroup):
+    """Swept numbers, the budget, and where the outcome lies."""
+
+    parameters: CollectionProperty(type=SpectralSweepParameter)
+    active: IntProperty(name="Parameter", min=0)
+    budget: IntProperty(name="Points", default=32, min=1, max=100000, description="Exactly this many renders")
+    design: EnumProperty(
+        name="Design",
+        description="How the ranges are sampled",
+        items=[
+            ("lattice", "Lattice", "Points far apart; more points refine the sweep without moving one", 0),
+            ("sobol", "Sobol", "Points that estimate means well", 1),
+            ("latin_hypercube", "Latin Hypercube", "Even on each single axis; cannot be refined", 2),
+        ],
+    )
+    percentage: IntProperty(
+        name="Size",
+        default=25,
+        min=1,
+        max=100,
+        subtype="PERCENTAGE",
+        description="Size of the pictures, of the output's",
+    )
+    samples: IntProperty(name="Samples", default=32, min=1, max=65536, description="Light paths per pixel")
+    workers: IntProperty(name="Workers", default=1, min=1, max=64, description="Renderers that run at the same time")
+    folder: StringProperty(
+        name="Folder", subtype="DIR_PATH", default="//sweep.cdb", description="Where table and pictures are kept"
+    )
+    point: IntProperty(name="Row", default=1, min=1, description="Row of the table, counted from 1")
+    status: StringProperty(options={"SKIP_SAVE"})
+    done: IntProperty(options={"SKIP_SAVE"})
+    total: IntProperty(options={"SKIP_SAVE"})
+
+
+CLASSES = (SpectralSweepParameter, SpectralSweep)
+
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

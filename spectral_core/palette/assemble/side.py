@@ -1,0 +1,429 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one assembly: cells of a palette → the quadratic of one side, for batch and live solving alike.
+
+Color is linear in either factor (Eq. 5.8), so reflectances under known lights and lights on known reflectances are
+assembled by the same code with the roles swapped. Conditions (observers, variants of lights), the perceptual metric and
+primaries change matrices, never the form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences, subspace_errors
+from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.wishes import Group, Target, Wishes
+from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.qp.quadratic import Block, Quadratic, RowKey
+from spectral_core.palette.worst_case import Shares
+from spectral_core.spectra.color import XYZ_FROM_RGB, lab_jacobian_from_linear_rgb
+from spectral_core.spectra.spectrum import SpectralGrid
+
+Array = NDArray[np.float64]
+Side = Literal["reflectances", "lights"]
+
+COLOR_NORM = np.sqrt(3.0)
+"""Color rows are divided by √3 (below Eq. 5.13), so that one color counts like one spectrum's smoothness."""
+LAB_UNIT = 100.0
+"""CIELAB rows are divided by this, so that weights mean about the same as in linear RGB."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """Three rows of a block: one cell in one condition."""
+
+    condition: int
+    cell: CellIndex
+    color: Array | None
+    """The target; None where the cell shares the free color ``column``."""
+    column: int | None
+    weight: float
+    """Squared; infinite where it must hold."""
+    own_weight: float
+    """Squared, whether it must hold or not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """The quadratic of a side, and what its blocks and free colors stand for."""
+
+    side: Side
+    items: tuple[int, ...]
+    """Which light or reflectance each block is."""
+    quadratic: Quadratic
+    group_conditions: tuple[tuple[int, int], ...]
+    """(group, condition) of each free color."""
+    view: View
+
+
+class Assembler:
+    """Assembles the sides of one problem; holds what does not change between rounds."""
+
+    def __init__(self, problem: PaletteProblem, wishes: Wishes) -> None:
+        self.problem = problem
+        self.wishes = wishes
+        self.shares = Shares()
+        self._targets = {target.cell: target for target in wishes.targets}
+        self._blacks = {target.cell for target in wishes.blacks}
+        self._members = {
+            cell: (number, k) for number, g in enumerate(wishes.groups) for k, cell in enumerate(g.members)
+        }
+
+    def free_items(self, side: Side) -> tuple[int, ...]:
+        """Indices of what is to be designed on a side."""
+        items: Sequence[PaletteLight | PaletteReflectance] = getattr(self.problem, side)
+        return tuple(k for k, item in enumerate(items) if item.free)
+
+    def with_target(self, problem: PaletteProblem, target: Target) -> None:
+        """Take a problem in which one cell, in no group before and after, has another target."""
+        self.problem = problem
+        self._targets[target.cell] = target
+        self.wishes = replace(self.wishes, targets=tuple(self._targets.values()))
+
+    def in_group(self, cell: CellIndex) -> bool:
+        """Whether a cell shares a free color."""
+        return cell in self._members
+
+    # -- one side ----------------------------------------------------------------------------------------------------
+
+    def assembled(self, side: Side, state: PaletteState, *, perceptual: bool = False) -> Assembled:
+        """The side around ``state``. ``perceptual``: errors in CIELAB, linearized at the wanted colors."""
+        items = self.free_items(side)
+        metric = self._metrics(state) if perceptual else None
+        view = View(self.problem, self.wishes, side, state, items, metric)
+        columns = self._columns(view)
+        limits = [
+            self.wishes.groups[number].box if condition == 0 else np.stack([np.full(3, -np.inf), np.full(3, np.inf)])
+            for number, condition in columns
+        ]
+        boxes = np.array(limits).reshape(-1, 2, 3).copy()
+        known = self._known_rows(view, columns, boxes)
+        blocks = tuple(self._block(view, item, columns) for item in items)
+        quadratic = Quadratic(blocks, boxes[:, 0], boxes[:, 1], *known)
+        return Assembled(side, items, quadratic, tuple(columns), view)
+
+    def reassembled(self, before: Assembled, item: int) -> Assembled:
+        """The same side after ``with_target`` changed a cell of ``item``; everything else is kept."""
+        columns = {key: number for number, key in enumerate(before.group_conditions)}
+        number = before.items.index(item)
+        blocks = list(before.quadratic.blocks)
+        blocks[number] = self._block(before.view, item, columns)
+        old = before.quadratic
+        quadratic = Quadratic(
+            tuple(blocks), old.color_lower, old.color_upper, old.known_ties, old.known_targets, old.known_weights
+        )
+        return replace(before, quadratic=quadratic)
+
+    def _columns(self, view: View) -> dict[tuple[int, int], int]:
+        """(group, condition) → number of its free color, for groups with an unknown member on this side."""
+        found: dict[tuple[int, int], int] = {}
+        for number, group in enumerate(self.wishes.groups):
+            for condition in range(len(self.wishes.conditions)):
+                if self._group_applies(view, group, condition):
+                    found[number, condition] = len(found)
+        return found
+
+    def _group_applies(self, view: View, group: Group, condition: int) -> bool:
+        """Whether any member is unknown here, and looks different in this condition than in another already listed."""
+        if condition and (len(group.members) < 2 or not any(view.sees(cell, condition) for cell in group.members)):
+            return False
+        return any(view.is_unknown(cell) for cell in group.members)
+
+    def _rows(self, view: View, cell: CellIndex, columns: dict[tuple[int, int], int]) -> list[Row]:
+        """Everything that a cell asks of its unknown factor."""
+        rows = []
+        target = self._targets.get(cell)
+        if target is not None:
+            conditions = [0]
+            if cell in self._blacks:
+                conditions += [c for c in range(1, len(self.wishes.conditions)) if view.sees(cell, c)]
+            for condition in conditions:
+                weight = self._weight(target.weight, target.exact, condition, cell)
+                own = target.weight**2 / COLOR_NORM**2
+                rows.append(Row(condition, cell, target.color, None, weight, own))
+        if cell in self._members:
+            number, k = self._members[cell]
+            group = self.wishes.groups[number]
+            for condition in range(len(self.wishes.conditions)):
+                column = columns.get((number, condition))
+                if column is not None:
+                    weight = self._weight(group.weights[k], group.exact[k], condition, cell)
+                    own = group.weights[k] ** 2 / COLOR_NORM**2
+                    rows.append(Row(condition, cell, None, column, weight, own))
+        return rows
+
+    def _weight(self, weight: float, exact: bool, condition: int, cell: CellIndex) -> float:
+        """Squared weight of a cell's rows. An exact cell is exact for the first observer; others ask for it softly."""
+        if condition == 0:
+            return np.inf if exact else weight**2 / COLOR_NORM**2
+        factor = self.problem.robust_weight * self.shares.factor((condition, cell))
+        return (max(weight, 1e-300) * factor) ** 2 / COLOR_NORM**2
+
+    def _block(self, view: View, item: int, columns: dict[tuple[int, int], int]) -> Block:
+        rows = [row for cell in view.cells_of(item) for row in self._rows(view, cell, columns)]
+        size = view.size_of(item)
+        matrices = np.empty((len(rows), 3, size))
+        targets = np.zeros((len(rows), 3))
+        ties = np.zeros((len(rows), 3, 3 * len(columns)))
+        weights = np.empty(len(rows))
+        for r, row in enumerate(rows):
+            matrix, color = view.matrix(item, row), row.color
+            jacobian = None if view.metric is None or np.isinf(row.weight) else view.metric[row.cell]
+            matrices[r] = matrix if jacobian is None else jacobian @ matrix
+            if color is not None:
+                targets[r] = color if jacobian is None else jacobian @ color
+            else:
+                assert row.column is not None
+                begin = 3 * row.column
+                ties[r, :, begin : begin + 3] = np.eye(3) if jacobian is None else jacobian
+            weights[r] = row.weight
+        keys: tuple[RowKey, ...] = tuple((row.condition, row.cell) for row in rows)
+        parts = [(matrices.reshape(-1, size), targets.ravel(), np.repeat(weights, 3))]
+        parts += self._subspace_rows(view, item) + self._light_rows(view, item)
+        extra = sum(len(part[1]) for part in parts[1:])
+        all_ties = np.concatenate([ties.reshape(3 * len(rows), 3 * len(columns)), np.zeros((extra, 3 * len(columns)))])
+        no_primaries = not view.has_primaries(item) and self.wishes.smoothness > 0
+        roughness, gram = self.roughness(view.side) if no_primaries else (np.zeros((0, size)), np.zeros((size, size)))
+        low, high = self.problem.reflectance_bounds if view.side == "reflectances" else self.problem.light_bounds
+        joined = parts[0] if len(parts) == 1 else tuple(np.concatenate(each) for each in zip(*parts, strict=True))
+        own = np.concatenate([np.repeat([row.own_weight for row in rows], 3), np.ones(extra)])
+        bounds = np.full(size, low), np.full(size, high)
+        return Block(joined[0], joined[1], all_ties, joined[2], roughness, gram, *bounds, keys, own)
+
+    def _known_rows(self, view: View, columns: dict[tuple[int, int], int], boxes: Array) -> tuple[Array, Array, Array]:
+        """Members of groups whose color is known already; exact ones fix the group's color in ``boxes``."""
+        ties, targets, weights = [], [], []
+        for (number, condition), column in columns.items():
+            group = self.wishes.groups[number]
+            for k, cell in enumerate(group.members):
+                if view.is_unknown(cell):
+                    continue
+                color = view.colors(condition)[cell]
+                weight = self._weight(group.weights[k], group.exact[k], condition, cell)
+                if np.isinf(weight):
+                    boxes[column] = color
+                    continue
+                jacobian = np.eye(3) if view.metric is None else view.metric[cell]
+                tie = np.zeros((3, 3 * len(columns)))
+                tie[:, 3 * column : 3 * column + 3] = jacobian
+                ties.append(tie)
+                targets.append(-jacobian @ color)
+                weights.append(np.full(3, weight))
+        if not ties:
+            return np.zeros((0, 3 * len(columns))), np.zeros(0), np.zeros(0)
+        return np.concatenate(ties), np.concatenate(targets), np.concatenate(weights)
+
+    # -- criteria that do not come from one cell ---------------------------------------------------------------------
+
+    def roughness(self, side: Side) -> tuple[Array, Array]:
+        """ω_D D (r, n) of a spectrum of a side that is designed on the grid, and its square (n, n)."""
+        unit = REFERENCE_STEP_NM if side == "lights" else 1.0
+        return _weighted_roughness(self.problem.grid, self.problem.smoothness_operator, unit * self.wishes.smoothness)
+
+    def _subspace_rows(self, view: View, item: int) -> list[tuple[Array, Array, Array]]:
+        criterion = self.problem.subspace
+        if criterion is None or criterion.weight == 0:
+            return []
+        found = []
+        for cell in view.cells_of(item):
+            weight = self._targets[cell].weight if cell in self._targets else 0.0
+            if cell in self._members:
+                number, k = self._members[cell]
+                weight = max(weight, self.wishes.groups[number].weights[k])
+            if weight:
+                squared = (criterion.weight * weight / COLOR_NORM) ** 2
+                found.append((view.subspace_matrix(item, cell), np.zeros(3), np.full(3, squared)))
+        return found
+
+    def _light_rows(self, view: View, item: int) -> list[tuple[Array, Array, Array]]:
+        """Equalities for a light that must look white, or keep its luminance."""
+        if view.side != "lights":
+            return []
+        light = self.problem.lights[item]
+        if light.white_xyz is None and light.luminance is None:
+            return []
+        xyz = XYZ_FROM_RGB @ view.bare_light(item)
+        rows, right = [], []
+        if light.white_xyz is not None:
+            x, _, z = light.white_xyz / light.white_xyz[1]
+            rows += [xyz[0] - x * xyz[1], xyz[2] - z * xyz[1]]
+            right += [0.0, 0.0]
+        if light.luminance is not None:
+            rows.append(xyz[1])
+            right.append(light.luminance * view.state.light_scale)
+        return [(np.array(rows), np.array(right), np.full(len(rows), np.inf))]
+
+    def _metrics(self, state: PaletteState) -> Array:
+        """d(Lab)/d(RGB) per cell (R, L, 3, 3): at its target, or at its present color."""
+        at = np.array(state.colors())
+        for target in self.wishes.targets:
+            at[target.cell] = target.color
+        for group in self.wishes.groups:
+            middle = np.mean([at[cell] for cell in group.members], axis=0)
+            for cell in group.members:
+                at[cell] = middle
+        return lab_jacobian_from_linear_rgb(at) / LAB_UNIT
+
+    # -- what is left ------------------------------------------------------------------------------------------------
+
+    def color_rms(self, state: PaletteState) -> float:
+        """Root mean square error of targets and group members, in linear RGB, for the first observer."""
+        actual = state.colors()
+        errors = [actual[target.cell] - target.color for target in self.wishes.targets]
+        for group in self.wishes.groups:
+            shown = np.stack([actual[cell] for cell in group.members])
+            errors.extend(shown - np.clip(shown.mean(axis=0), group.box[0], group.box[1]))
+        return float(np.sqrt(np.mean(np.square(errors)))) if errors else 0.0
+
+    def robust_errors(self, state: PaletteState) -> Array | None:
+        """Differences within groups, and of black cells from black, in all conditions but the first; None if none."""
+        errors: list[Array] = []
+        for condition in self.wishes.conditions[1:]:
+            actual = state.colors(condition)
+            errors.extend(actual[target.cell] for target in self.wishes.blacks)
+            for group in self.wishes.groups:
+                shown = np.stack([actual[cell] for cell in group.members])
+                errors.extend(shown - shown.mean(axis=0))
+        return np.array(errors) if errors else None
+
+    def subspace_errors(self, state: PaletteState) -> Array | None:
+        """Linear RGB (R, L, 3) by which the subspace misses each cell (Eq. 5.11); None where it is not asked."""
+        if self.problem.subspace is None:
+            return None
+        view = View(self.problem, self.wishes, "reflectances", state, self.free_items("reflectances"), None)
+        knots = self.problem.grid.wavelengths_nm
+        surfaces = [
+            item.spectrum.at(knots) if values is None and item.spectrum is not None else values
+            for item, values in zip(self.problem.reflectances, state.reflectances, strict=True)
+        ]
+        return np.einsum(
+            "lcn,rn->rlc", view.subspace_errors(), np.stack([each for each in surfaces if each is not None])
+        )
+
+    def robust_rows(self, assembled: Assembled, colors: Array, state: PaletteState) -> dict[RowKey, float]:
+        """Weighted error of every robust row of a side that was just solved; ``colors``: its free colors (G, 3)."""
+        errors: dict[RowKey, float] = {}
+        shown = [state.colors(condition) for condition in self.wishes.conditions]
+        for (number, condition), common in zip(assembled.group_conditions, colors, strict=True):
+            group = self.wishes.groups[number]
+            for cell, weight in zip(group.members, group.weights, strict=True):
+                if condition:
+                    errors[condition, cell] = weight * float(np.linalg.norm(shown[condition][cell] - common))
+        for condition in range(1, len(self.wishes.conditions)):
+            for target in self.wishes.blacks:
+                errors[condition, target.cell] = target.weight * float(np.linalg.norm(shown[condition][target.cell]))
+        return errors
+
+
+@lru_cache(maxsize=64)
+def _weighted_roughness(grid: SpectralGrid, operator: str, weight: float) -> tuple[Array, Array]:
+    """ω_D D, and its square, of one spectrum."""
+    rows = weight * second_differences(grid, operator)
+    return rows, rows.T @ rows
+
+
+class View:
+    """One side as unknown, the other as known: matrices of cells, whichever way round."""
+
+    def __init__(
+        self,
+        problem: PaletteProblem,
+        wishes: Wishes,
+        side: Side,
+        state: PaletteState,
+        items: tuple[int, ...],
+        metric: Array | None,
+    ) -> None:
+        self.side, self.state, self.metric = side, state, metric
+        self._problem, self._conditions = problem, wishes.conditions
+        self._items = frozenset(items)
+        self._axis = 0 if side == "reflectances" else 1
+        self._matrices: dict[int | None, Array] = {}
+        self._colors: dict[int, Array] = {}
+        self._subspace: Array | None = None
+
+    def is_unknown(self, cell: CellIndex) -> bool:
+        """Whether the cell's factor on this side is designed."""
+        return cell[self._axis] in self._items
+
+    def cells_of(self, item: int) -> list[CellIndex]:
+        """All cells of an item."""
+        if self.side == "reflectances":
+            return [(item, j) for j in range(len(self._problem.lights))]
+        return [(i, item) for i in range(len(self._problem.reflectances))]
+
+    def sees(self, cell: CellIndex, condition: int) -> bool:
+        """Whether a cell looks different under this condition: another observer's, or a variant that its light has."""
+        variant = self._conditions[condition].variant
+        return variant is None or variant < len(self._problem.lights[cell[1]].variants)
+
+    def has_primaries(self, item: int) -> bool:
+        """Whether an item is amounts of primaries."""
+        return self.side == "lights" and self.state.given.primaries[item] is not None
+
+    def size_of(self, item: int) -> int:
+        """Number of unknowns of an item."""
+        primaries = self.state.given.primaries[item] if self.side == "lights" else None
+        return self._problem.grid.size if primaries is None else len(primaries)
+
+    def matrix(self, item: int, row: Row) -> Array:
+        """(3, p) with color = matrix @ unknowns of the item."""
+        seen = self._conditions[row.condition]
+        if self.has_primaries(item):
+            return np.asarray(self.state.primary_matrix(row.cell[0], item)[seen.observer])
+        return np.asarray(self.known_matrices(seen.variant)[seen.observer, row.cell[1 - self._axis]])
+
+    def known_matrices(self, variant: int | None = None) -> Array:
+        """(O, k, 3, n): color matrices of all items of the known side."""
+        if self.side == "lights":
+            return self.state.reflectance_matrices
+        if variant not in self._matrices:
+            self._matrices[variant] = self.state.light_matrices(variant)
+        return self._matrices[variant]
+
+    def colors(self, condition: int) -> Array:
+        """Present colors (R, L, 3)."""
+        if condition not in self._colors:
+            self._colors[condition] = self.state.colors(self._conditions[condition])
+        return self._colors[condition]
+
+    def bare_light(self, item: int) -> Array:
+        """Linear RGB (3, p) of a light by itself, from its unknowns."""
+        own = self.state.given.primary_colors[item]
+        return self.state.kernel.bare[0] if own is None else own.T
+
+    def subspace_errors(self) -> Array:
+        """F (k, 3, n) for every known factor."""
+        if self._subspace is None:
+            problem, knots = self._problem, self._problem.grid.wavelengths_nm
+            if self.side == "lights":
+                surfaces = zip(problem.reflectances, self.state.reflectances, strict=True)
+                known = [item.spectrum.at(knots) if item.spectrum is not None else values for item, values in surfaces]
+            else:
+                known = [self._light_on_grid(j) for j in range(len(problem.lights))]
+            stacked = np.stack([each for each in known if each is not None])
+            exact = self.known_matrices()[0]
+            self._subspace = subspace_errors(problem, stacked, exact, self.state.kernel.bare[0])
+        return self._subspace
+
+    def _light_on_grid(self, j: int) -> Array:
+        light, values, knots = self._problem.lights[j], self.state.lights[j], self._problem.grid.wavelengths_nm
+        if values is None:
+            return self.state.light_scale * light.spectrum.at(knots)
+        if light.primaries:
+            return np.stack([each.at(knots) for each in light.primaries], axis=1) @ values
+        return values
+
+    def subspace_matrix(self, item: int, cell: CellIndex) -> Array:
+        """F of a cell over the unknowns of its item, (3, p)."""
+        matrix = self.subspace_errors()[cell[1 - self._axis]]
+        if not self.has_primaries(item):
+            return np.asarray(matrix)
+        knots = self._problem.grid.wavelengths_nm
+        return np.asarray(matrix @ np.stack([each.at(knots) for each in self._problem.lights[item].primaries], axis=1))

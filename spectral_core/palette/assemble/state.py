@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The spectra of a palette while it is being solved: the unknowns, and the color matrices of what is given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.assemble.kernel import ColorKernel, color_kernel
+from spectral_core.palette.assemble.wishes import Condition
+from spectral_core.palette.problem import PaletteLight, PaletteProblem
+from spectral_core.spectra.spectrum import Illuminant
+
+Array = NDArray[np.float64]
+
+FIRST = Condition(0, None)
+"""The condition that targets are stated in."""
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Color matrices of everything that is not designed; computed once per problem."""
+
+    lights: tuple[Array | None, ...]
+    """(V + 1, O, 3, n): a measured light and its variants; None where it is designed."""
+    primaries: tuple[Array | None, ...]
+    """(p, O, 3, n): the primaries of a designed light; None where it has none."""
+    reflectances: tuple[Array | None, ...]
+    """(O, 3, n): a measured reflectance, acting on lights of the grid; None where it is designed."""
+    both: dict[tuple[int, int], Array]
+    """(V + 1 or p, O, 3): colors of measured reflectances under measured lights, or under each primary."""
+    primary_colors: tuple[Array | None, ...]
+    """(p, 3): each primary's own color, for the first observer."""
+
+
+@dataclass(frozen=True, eq=False)
+class PaletteState:
+    """Unknown values (None where a spectrum is given), and the common factor of all lights."""
+
+    kernel: ColorKernel
+    given: Given
+    lights: tuple[Array | None, ...]
+    """(n,) on the grid, or (p,) amounts of primaries."""
+    reflectances: tuple[Array | None, ...]
+    light_scale: float = 1.0
+    record: Any = field(default=None, repr=False)
+    """The last solve of each side, from which conflicts are explained."""
+
+    def light_matrices(self, variant: int | None = None) -> Array:
+        """(O, L, 3, n): color of a reflectance on the grid under each light; those without that variant as they are."""
+        found = np.empty((len(self.kernel.observers), len(self.lights), 3, self.kernel.grid.size))
+        for j, values in enumerate(self.lights):
+            known, primaries = self.given.lights[j], self.given.primaries[j]
+            if known is not None:
+                found[:, j] = self.light_scale * known[_choice(known, variant)]
+            elif primaries is not None:
+                assert values is not None
+                found[:, j] = np.tensordot(values, primaries, axes=1)
+            else:
+                assert values is not None
+                found[:, j] = self.kernel.matrices(values[None])[:, 0]
+        return found
+
+    @cached_property
+    def reflectance_matrices(self) -> Array:
+        """(O, R, 3, n): color of a light on the grid on each reflectance."""
+        found = np.empty((len(self.kernel.observers), len(self.reflectances), 3, self.kernel.grid.size))
+        for i, values in enumerate(self.reflectances):
+            known = self.given.reflectances[i]
+            if values is None:
+                found[:, i] = known
+            else:
+                found[:, i] = self.kernel.matrices(values[None])[:, 0]
+        return found
+
+    def primary_matrix(self, i: int, j: int) -> Array:
+        """(O, 3, p): color of reflectance i under amounts of the primaries of light j."""
+        values, primaries = self.reflectances[i], self.given.primaries[j]
+        assert primaries is not None
+        shown = self.given.both[i, j] if values is None else primaries @ values
+        return np.moveaxis(shown, 0, 2)
+
+    def colors(self, condition: Condition = FIRST, matrices: Array | None = None) -> Array:
+        """Linear RGB (R, L, 3) of every cell; ``matrices``: those of the lights, where they are at hand."""
+        by_light = (self.light_matrices(condition.variant) if matrices is None else matrices)[condition.observer]
+        found = np.empty((len(self.reflectances), *by_light.shape[:2]))
+        for i, values in enumerate(self.reflectances):
+            found[i] = by_light @ values if values is not None else self._given_colors(i, condition)
+        return found
+
+    def _given_colors(self, i: int, condition: Condition) -> Array:
+        """(L, 3) of a measured reflectance."""
+        found = np.empty((len(self.lights), 3))
+        for j, values in enumerate(self.lights):
+            both = self.given.both.get((i, j))
+            if values is None:
+                assert both is not None
+                found[j] = self.light_scale * both[_choice(both, condition.variant), condition.observer]
+            elif both is not None:
+                found[j] = values @ both[:, condition.observer]
+            else:
+                known = self.given.reflectances[i]
+                assert known is not None
+                found[j] = known[condition.observer] @ values
+        return found
+
+    def with_values(self, side: str, values: dict[int, Array]) -> PaletteState:
+        """The state with some unknowns of a side replaced."""
+        if side == "lights":
+            return replace(self, lights=tuple(values.get(k, each) for k, each in enumerate(self.lights)))
+        return replace(self, reflectances=tuple(values.get(k, each) for k, each in enumerate(self.reflectances)))
+
+    def brightened(self, factor: float) -> PaletteState:
+        """All lights times ``factor``."""
+        lights = tuple(None if values is None else values * factor for values in self.lights)
+        return replace(self, lights=lights, light_scale=self.light_scale * factor)
+
+
+def _choice(known: Array, variant: int | None) -> int:
+    return 0 if variant is None or variant + 1 >= len(known) else variant + 1
+
+
+def given_of(problem: PaletteProblem, kernel: ColorKernel) -> Given:
+    """Color matrices of everything that a problem gives."""
+
+    def stacked(spectra: tuple[Illuminant, ...]) -> Array:
+        return np.stack([kernel.matrix_of(each) for each in spectra])
+
+    both = {}
+    for i, item in enumerate(problem.reflectances):
+        for j, light in enumerate(problem.lights):
+            lamps = light.primaries if light.free else (light.spectrum, *light.variants)
+            if item.spectrum is not None and lamps:
+                both[i, j] = np.stack([kernel.color_of(lamp, item.spectrum) for lamp in lamps])
+    return Given(
+        tuple(None if light.free else stacked((light.spectrum, *light.variants)) for light in problem.lights),
+        tuple(stacked(light.primaries) if light.free and light.primaries else None for light in problem.lights),
+        tuple(None if item.spectrum is None else kernel.matrix_of(item.spectrum) for item in problem.reflectances),
+        both,
+        tuple(
+            np.stack([kernel.color_of(each)[0] for each in light.primaries]) if light.primaries else None
+            for light in problem.lights
+        ),
+    )
+
+
+def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> PaletteState:
+    """Start spectra: designed lights as given, reflectances mid grey; ``warm`` where its unknowns have its shape."""
+    kernel = color_kernel(problem.grid, problem.observers)
+    middle = np.clip(0.5, *problem.reflectance_bounds)
+    lights = [_start_of(light) if light.free else None for light in problem.lights]
+    reflectances = [np.full(problem.grid.size, middle) if item.free else None for item in problem.reflectances]
+    state = PaletteState(kernel, given_of(problem, kernel), tuple(lights), tuple(reflectances))
+    if warm is None or not _same_shape(state, warm):
+        return state
+    if not problem.scale_lights and warm.light_scale != 1.0:
+        warm = warm.brightened(1.0 / warm.light_scale)
+    return replace(state, lights=warm.lights, reflectances=warm.reflectances, light_scale=warm.light_scale)
+
+
+def _start_of(light: PaletteLight) -> Array:
+    """Start values of a designed light: its spectrum, or the amounts of primaries that come nearest to it."""
+    if not light.primaries:
+        return np.array(light.spectrum.values)
+    from scipy.optimize import nnls
+
+    knots = np.unique(np.concatenate([each.grid.wavelengths_nm for each in (light.spectrum, *light.primaries)]))
+    amounts, _ = nnls(np.stack([each.at(knots) for each in light.primaries], axis=1), light.spectrum.at(knots))
+    # Every primary starts lit: a reflectance designed under an unlit one would not know of it.
+    return np.asarray(amounts + 0.01 * max(float(amounts.max(initial=0.0)), 1e-3))
+
+
+def _same_shape(state: PaletteState, warm: PaletteState) -> bool:
+    def shapes(values: tuple[Array | None, ...]) -> list[tuple[int, ...] | None]:
+        return [None if each is None else each.shape for each in values]
+
+    return shapes(state.lights) == shapes(warm.lights) and shapes(state.reflectances) == shapes(warm.reflectances)

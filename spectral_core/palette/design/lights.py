@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights designed together with reflectances, by variable projection (Golub and Pereyra 1973).
+
+Given the lights l, the best reflectances r(l) are a convex problem. What is left is φ(l) = min over r of F(r, l), whose
+gradient is ∂F/∂l at r(l) (the envelope theorem), so that L-BFGS-B within the bounds of the lights finds in tens of
+milliseconds what alternating between the sides takes thousands of rounds for. φ is not convex: where the lights as
+given do not meet the targets at once, a short race between several starts decides which one goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.assemble.side import Assembler, Side
+from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.design.fast_lights import PlainPalette
+from spectral_core.palette.design.rounds import Budget, Rounds
+from spectral_core.palette.problem import PaletteProblem
+from spectral_core.palette.qp.engine import Engine
+from spectral_core.palette.qp.quadratic import RowKey
+
+Array = NDArray[np.float64]
+
+STARTS = 6
+"""Starts of the race, the lights as given among them."""
+RACE_SHARE = 0.05
+"""Share of the time budget that each start of the race has."""
+GOOD_RMS = 5e-3
+"""Root mean square color error, in linear RGB, at which the lights as given need no race."""
+MEMORY = 20
+"""Pairs of steps and gradients that L-BFGS-B keeps."""
+STALLED = 1e-10
+"""Relative fall of φ in one iteration below which L-BFGS-B stops."""
+MOST_ITERATIONS = 10_000
+
+
+class _OutOfTime(Exception):
+    """Raised out of L-BFGS-B when the budget ends."""
+
+
+@dataclass(eq=False)
+class _Found:
+    """The best lights of one descent."""
+
+    state: PaletteState
+    objective: float
+
+
+def outer_side(problem: PaletteProblem) -> Side | None:
+    """The side that L-BFGS-B moves, the other one being solved for; None where neither way applies.
+
+    Only bounds may restrict the outer side. Lights that must look white, or exact cells of measured reflectances under
+    them, are therefore solved for, and reflectances are moved instead.
+    """
+    several = len(problem.observers) > 1 or any(light.variants for light in problem.lights)
+    if problem.subspace is not None or (problem.robustness == "worst_case" and several):
+        return None
+    cells = [cell for row in problem.cells for cell in row]
+    if problem.match != "linear" and any(cell.others or cell.box is not None for cell in cells):
+        return None  # the metric of free colors moves with them, so that φ has no gradient of this form
+    exact = [(i, j) for i, row in enumerate(problem.cells) for j, cell in enumerate(row) if cell.exact]
+    held = any(light.white_xyz is not None or light.luminance is not None for light in problem.lights if light.free)
+    if not held and all(problem.reflectances[i].free for i, _ in exact):
+        return "lights"
+    return "reflectances" if all(problem.lights[j].free for _, j in exact) else None
+
+
+def designed_lights(rounds: Rounds, state: PaletteState, budget: Budget, outer: Side, *, race: bool) -> PaletteState:
+    """The state with lights and reflectances improved together until φ stalls or the budget ends.
+
+    Parameters
+    ----------
+    rounds
+        The two sides; their assembler says what is asked.
+    state
+        Where to begin.
+    budget
+        When to stop.
+    outer
+        See ``outer_side``.
+    race
+        Whether other starts than ``state`` may be tried.
+    """
+    descent = _Descent(rounds.assembler, state, outer)
+    first = descent.down(state, budget, RACE_SHARE * budget.seconds if race else np.inf)
+    best = first
+    if race and descent.assembler.color_rms(first.state) > GOOD_RMS:
+        rng = np.random.default_rng(0)
+        for _ in range(STARTS - 1):
+            if budget.spent:
+                break
+            found = descent.down(descent.scattered(state, rng), budget, RACE_SHARE * budget.seconds)
+            best = found if found.objective < best.objective else best
+    if not budget.spent and race:
+        best = descent.down(best.state, budget, np.inf)
+    rounds.trace.rounds += descent.evaluations
+    return best.state
+
+
+class _Descent:
+    """L-BFGS-B on φ."""
+
+    def __init__(self, assembler: Assembler, state: PaletteState, outer: Side) -> None:
+        self.assembler = assembler
+        self.evaluations = 0
+        self._outer = outer
+        self._items = assembler.free_items(outer)
+        values = [_known(getattr(state, outer)[j]) for j in self._items]
+        self._ends = np.cumsum([each.size for each in values])[:-1]
+        # Lights have any unit; L-BFGS-B's first step wants numbers near 1.
+        self._unit = max(float(np.mean(np.abs(np.concatenate(values)))), 1e-12)
+        perceptual = assembler.problem.match == "perceptual"
+        plain = PlainPalette.of(assembler, perceptual=perceptual) if outer == "lights" else None
+        self._phi: Callable[[PaletteState], tuple[float, Array, PaletteState]]
+        self._phi = plain.objective if plain is not None else _Projected(assembler, outer).objective
+
+    def down(self, state: PaletteState, budget: Budget, seconds: float) -> _Found:
+        """Descend from a state for some seconds of the budget."""
+        from scipy.optimize import minimize
+
+        floor = budget.left - seconds
+        # L-BFGS-B compares falls of less than 1 with 1: the objective is given in units of its present size.
+        size = max(self._phi(state)[0], 1e-300)
+        best = _Found(state, np.inf)
+
+        def phi(scaled: Array) -> tuple[float, Array]:
+            if budget.left <= max(floor, 0.0) and np.isfinite(best.objective):
+                raise _OutOfTime
+            self.evaluations += 1
+            objective, gradient, found = self._phi(self._with_lights(state, self._unit * scaled))
+            if objective < best.objective:
+                best.objective, best.state = objective, found
+            return objective / size, self._unit / size * gradient
+
+        problem = self.assembler.problem
+        low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
+        begin = np.concatenate([_known(getattr(state, self._outer)[j]) for j in self._items]) / self._unit
+        limits = [(low / self._unit, high / self._unit)] * begin.size
+        options = {
+            "maxcor": MEMORY,
+            "ftol": STALLED,
+            "gtol": 0.0,
+            "maxiter": MOST_ITERATIONS,
+            "maxfun": MOST_ITERATIONS,
+        }
+        with suppress(_OutOfTime):
+            minimize(phi, begin, jac=True, method="L-BFGS-B", bounds=limits, options=options)
+        return best
+
+    def _with_lights(self, state: PaletteState, values: Array) -> PaletteState:
+        return state.with_values(self._outer, dict(zip(self._items, np.split(values, self._ends), strict=True)))
+
+    def scattered(self, state: PaletteState, rng: np.random.Generator) -> PaletteState:
+        """The outer side drawn anew sample by sample, each spectrum as strong on average as it was."""
+        problem = self.assembler.problem
+        low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
+        values = {}
+        for j in self._items:
+            old = _known(getattr(state, self._outer)[j])
+            values[j] = np.clip(2.0 * np.mean(np.abs(old)) * rng.uniform(size=old.size), low, high)
+        return state.with_values(self._outer, values)
+
+
+class _Projected:
+    """φ of any palette, by the engine."""
+
+    def __init__(self, assembler: Assembler, outer: Side) -> None:
+        self._assembler = assembler
+        self._outer: Side = outer
+        self._inner: Side = "reflectances" if outer == "lights" else "lights"
+        self._engine = Engine()
+
+    def objective(self, state: PaletteState) -> tuple[float, Array, PaletteState]:
+        """φ, its gradient by the outer side, and the state with the best inner side."""
+        multipliers: dict[RowKey, Array] = {}
+        smooth = 0.0
+        perceptual = self._assembler.problem.match == "perceptual"
+        inner = self._assembler.assembled(self._inner, state, perceptual=perceptual)
+        answer = self._engine.solve(inner.quadratic)
+        state = state.with_values(self._inner, dict(zip(inner.items, answer.values, strict=True)))
+        common = dict(zip(inner.group_conditions, answer.colors, strict=True))
+        for block, value, force in zip(inner.quadratic.blocks, answer.values, answer.forces, strict=True):
+            smooth += 0.5 * float(value @ (block.gram @ value))
+            for r, key in enumerate(block.keys):
+                if np.isinf(block.weights[3 * r]):
+                    multipliers[key] = force[3 * r : 3 * r + 3]
+        outer = self._assembler.assembled(self._outer, state, perceptual=perceptual)
+        quadratic = outer.quadratic
+        values = [_known(getattr(state, self._outer)[j]) for j in outer.items]
+        colors = quadratic.best_colors(values)
+        for number, column in enumerate(outer.group_conditions):
+            colors[number] = common.get(column, colors[number])
+        x = quadratic.joined(colors, values)
+        # An exact cell pulls at its outer factor with the multiplier that it has on the inner side.
+        exact = [
+            np.concatenate([multipliers[key] for r, key in enumerate(block.keys) if np.isinf(block.weights[3 * r])])
+            if block.exact.any()
+            else np.zeros(0)
+            for block in quadratic.blocks
+        ]
+        gradient = quadratic.gradient(x, quadratic.forces(x, exact))[colors.size :]
+        return quadratic.objective(x) + smooth, gradient, state
+
+
+def _known(values: Array | None) -> Array:
+    assert values is not None  # of a designed spectrum
+    return values

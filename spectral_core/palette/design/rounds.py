@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rounds: reflectances under the present lights, then lights on the new reflectances, each side by the engine.
+
+Each side is a convex problem (section 5.3). Alternating between them is not in the thesis, which does one round.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from time import perf_counter, thread_time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.assemble.side import Assembled, Assembler, Side
+from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.qp.engine import Answer, Engine
+from spectral_core.palette.qp.optimality import PERFECT, Check
+from spectral_core.palette.qp.quadratic import RowKey
+from spectral_core.palette.worst_case import worst_case_shares
+
+Array = NDArray[np.float64]
+
+SETTLED = 3e-7
+"""Relative fall of a side's objective, when it alone is solved again, at which a palette counts as optimal."""
+NOTHING = 1e-16
+"""Objective that is 0 but for rounding."""
+PATIENCE = 3.0
+"""A budget counts processor seconds; on a busy machine it ends at this many times as much by the clock."""
+
+
+class Budget:
+    """Seconds that a solve may take: processor time of this thread, or PATIENCE times that by the clock."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._busy, self._clock = thread_time(), perf_counter()
+
+    @property
+    def left(self) -> float:
+        """Seconds left, at least 0."""
+        busy, clock = thread_time() - self._busy, perf_counter() - self._clock
+        return max(0.0, min(self.seconds - busy, PATIENCE * self.seconds - clock))
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing is left."""
+        return self.left <= 0
+
+
+@dataclass
+class SolveTrace:
+    """What happened on the way, for the report."""
+
+    answers: dict[Side, Answer] = field(default_factory=dict)
+    engines: Counter[str] = field(default_factory=Counter)
+    notes: list[str] = field(default_factory=list)
+    rounds: int = 0
+    sides: dict[Side, tuple[Assembled, Answer]] = field(default_factory=dict)
+    """The joint check's own solves, at the returned point."""
+    settled: bool = True
+    """Whether neither side alone could still lower the objective."""
+    joint: Check = PERFECT
+    """The KKT check of both sides at the returned point."""
+    worst_case_left: float | None = None
+    """By how much the largest robust error may still exceed the least possible, relative; None where not asked."""
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def add(self, side: Side, answer: Answer, seconds: float) -> None:
+        """Count one solve of a side."""
+        self.answers[side] = answer
+        self.engines.update(answer.engines)
+        self.timings[side] = self.timings.get(side, 0.0) + seconds
+
+
+class Rounds:
+    """The two sides of a palette while they are solved in turn; keeps each side's engine warm."""
+
+    def __init__(self, assembler: Assembler, trace: SolveTrace) -> None:
+        self.assembler = assembler
+        self.trace = trace
+        sides: tuple[Side, ...] = ("reflectances", "lights")
+        self.sides: list[Side] = [side for side in sides if assembler.free_items(side)]
+        self.engines: dict[Side, Engine] = {side: Engine() for side in self.sides}
+        self._moves: dict[Side, tuple[float, float]] = {}
+        """By how much each side's objective fell in the last round, and to what."""
+
+    def solve(self, side: Side, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
+        """One side: the new state. The worst case over observers takes several solves."""
+        started = perf_counter()
+        solved = [self._solved(side, state, perceptual=perceptual)]
+        wishes, problem = self.assembler.wishes, self.assembler.problem
+        if problem.robustness == "worst_case" and len(wishes.conditions) > 1:
+
+            def again() -> dict[RowKey, float]:
+                solved[0] = self._solved(side, state, perceptual=perceptual)
+                assembled, answer, found = solved[0]
+                return self.assembler.robust_rows(assembled, answer.colors, found)
+
+            left = worst_case_shares(again, self.assembler.shares)
+            self.trace.worst_case_left = left if left is not None else self.trace.worst_case_left
+        assembled, answer, found = solved[0]
+        self.trace.add(side, answer, perf_counter() - started)
+        fall, least = gain(assembled, answer, state)
+        self._moves[side] = fall, least
+        return found
+
+    def _solved(self, side: Side, state: PaletteState, *, perceptual: bool) -> tuple[Assembled, Answer, PaletteState]:
+        assembled = self.assembler.assembled(side, state, perceptual=perceptual)
+        answer = self.engines[side].solve(assembled.quadratic)
+        values = dict(zip(assembled.items, answer.values, strict=True))
+        return assembled, answer, state.with_values(side, values)
+
+    def round(self, state: PaletteState, *, perceptual: bool = False) -> PaletteState:
+        """Both sides once."""
+        self.trace.rounds += 1
+        for side in self.sides:
+            state = self.solve(side, state, perceptual=perceptual)
+        return state
+
+    def check(self, state: PaletteState, *, perceptual: bool = False) -> None:
+        """The joint check: solve each side alone from ``state`` and see what that changes; into the trace.
+
+        Reflectances and lights are each optimal for the other exactly where neither solve lowers its objective. The KKT
+        residual of both is taken at ``state`` itself, with the multipliers of those solves.
+        """
+        joint, falls, objectives = PERFECT, [0.0], [0.0]
+        for side in self.sides:
+            assembled = self.assembler.assembled(side, state, perceptual=perceptual)
+            answer = self.engines[side].solve(assembled.quadratic)
+            fall, least = gain(assembled, answer, state)
+            falls.append(fall)
+            objectives.append(least)
+            joint = joint | answer.check
+            self.trace.answers[side] = answer
+            self.trace.sides[side] = assembled, answer
+        # Each side's objective lacks the other's smoothness, so the larger one is nearer to the whole.
+        self.trace.joint, self.trace.settled = joint, max(falls) <= SETTLED * max(objectives) + NOTHING
+
+    def settled(self, state: PaletteState, *, perceptual: bool = False) -> bool:
+        """Whether the last round changed nothing, and the joint check agrees."""
+        if (
+            max(fall for fall, _ in self._moves.values())
+            > SETTLED * max(size for _, size in self._moves.values()) + NOTHING
+        ):
+            return False
+        self.check(state, perceptual=perceptual)
+        return self.trace.settled
+
+
+def gain(assembled: Assembled, answer: Answer, state: PaletteState) -> tuple[float, float]:
+    """By how much an answer's objective is below that of ``state``, and the answer's objective."""
+    quadratic = assembled.quadratic
+    values = [getattr(state, assembled.side)[item] for item in assembled.items]
+    here = quadratic.objective(quadratic.joined(quadratic.best_colors(values), values))
+    least = quadratic.objective(quadratic.joined(quadratic.best_colors(answer.values), answer.values))
+    return max(0.0, here - least), least

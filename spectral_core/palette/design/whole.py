@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The whole palette: rounds first, lights by variable projection, rounds again until the joint check is content."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from spectral_core.palette.assemble.side import Assembler
+from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.design.lights import designed_lights, outer_side
+from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
+from spectral_core.palette.qp.engine import Engine, softened
+
+LEAD = 3
+"""Rounds before variable projection, and rounds in linear RGB before CIELAB is linearized."""
+PERCEPTUAL_ROUNDS = 12
+"""Rounds with a fixed reflectance or light side after which the linearized metric is taken to have settled."""
+SECONDS = 2.0
+"""Time budget of a solve that designs lights and reflectances together."""
+
+
+def brightened_to_fit(assembler: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
+    """All lights times the largest reflectance that a design without upper bound has, if above it (section 5.5)."""
+    low, high = assembler.problem.reflectance_bounds
+    open_ended = Assembler(replace(assembler.problem, reflectance_bounds=(low, np.inf)), assembler.wishes)
+    answer = Engine().solve(softened(open_ended.assembled("reflectances", state).quadratic))
+    largest = max((float(values.max()) for values in answer.values), default=0.0)
+    if not np.isfinite(high) or largest <= high:
+        return state
+    trace.notes.append(
+        f"all lights were made {largest / high:.3g} times brighter so that reflectances fit below {high:g}"
+    )
+    return state.brightened(largest / high)
+
+
+def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool) -> PaletteState:
+    """Improve a state as far as its problem, its number of rounds and a budget allow; then check it jointly."""
+    problem = rounds.assembler.problem
+    perceptual = problem.match == "perceptual"
+    both = len(rounds.sides) == 2
+    # A single side is one convex problem; in CIELAB a few rounds settle what its metric is taken at.
+    most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
+    outer = outer_side(problem) if both else None
+    for number in range(1, most + 1):
+        metric = perceptual and number > (LEAD if both else 1)
+        if number > LEAD and outer is not None:
+            state = designed_lights(rounds, state, budget, outer, race=race and number == LEAD + 1)
+        state = rounds.round(state, perceptual=metric)
+        if both and budget.spent:
+            break
+        if number > (LEAD if both else 1) and rounds.settled(state, perceptual=metric):
+            break
+    rounds.check(state, perceptual=perceptual)
+    return state

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The structure that every engine here shares: a block-arrow system, eliminated spectrum by spectrum.
+
+With the bounds that hold an unknown taken as known, the conditions of optimality of one spectrum are
+
+    H x + f − Cᵀ g + Eᵀ y = 0      H = AᵀωA + DᵀD, f = −Aᵀωt, C = τᵀωA
+    E x − T g − c y = e            one row for each exact or very heavy row of the block
+
+so that x and y are affine functions of the free colors g. What is left is one small system in g (its Schur complement).
+A row of weight ω above ``cap`` stands in H with ``cap``, and its rest in E with the compliance c = 1 / (ω − cap); an
+exact row has compliance 0. Thus no weight, however large, enters H and costs digits there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotrs
+
+from spectral_core.palette.qp.quadratic import Block, Quadratic
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+CAP, CAP_OVER_LIGHTEST = 1e4, 1e8
+"""Largest weight in H, relative to the median one and to the lightest one."""
+RIDGE = 1e-13
+"""Added to the diagonal of H, relative to its mean: spectra without smoothness have no unique minimum."""
+STIFFNESS = 1e-13
+"""Least compliance of a border row, relative to the largest of its block: rows may depend on each other."""
+
+
+@dataclass(slots=True)
+class Spectrum:
+    """One block in squares; see the module's docstring. Weights are divided by the median weight."""
+
+    hessian: Array
+    linear: Array
+    ties: Array
+    border: Array
+    border_target: Array
+    border_ties: Array
+    compliance: Array
+    in_border: Mask
+    """Which rows of the block have a border row."""
+    weights: Array
+    """ω in H, (m,)."""
+    color_hessian: Array
+    color_linear: Array
+
+
+@dataclass(slots=True)
+class Elimination:
+    """x = x0 + X g, y = y0 + Y g and the gradient z = z0 + Z g of a block, and its part of the Schur complement."""
+
+    value: Array
+    by_color: Array
+    multiplier: Array
+    multiplier_by_color: Array
+    schur: Array
+    schur_right: Array
+
+
+def median_weight(problem: Quadratic) -> tuple[float, float]:
+    """Lower median and least of all finite weights; 1 where there is none."""
+    parts = [problem.known_weights, *(block.weights for block in problem.blocks)]
+    weights = np.concatenate(parts)
+    weights = np.sort(weights[np.isfinite(weights) & (weights > 0)])
+    if weights.size == 0:
+        return 1.0, 1.0
+    return float(weights[(weights.size - 1) // 2]), float(weights[0])
+
+
+def squared(block: Block, unit: float, cap: float) -> Spectrum:
+    """A block's rows as squares and border rows; weights relative to ``unit``, in H at most ``cap``."""
+    relative = block.weights / unit
+    exact = np.isinf(relative)
+    # An exact row also counts in H, with the median weight: its error is 0 there, and H keeps its rank without it.
+    weights = np.where(exact, 1.0, np.minimum(relative, cap))
+    in_border = exact | (relative > cap)
+    weighted = weights[:, None] * block.rows
+    hessian = weighted.T @ block.rows + block.gram / unit
+    hessian.flat[:: len(hessian) + 1] += RIDGE * max(float(hessian.trace()) / len(hessian), 1e-12)
+    tied = weights[:, None] * block.ties
+    with np.errstate(divide="ignore"):
+        compliance = np.where(exact, 0.0, 1.0 / (relative - weights))[in_border]
+    return Spectrum(
+        hessian,
+        -(block.targets @ weighted),
+        block.ties.T @ weighted,
+        block.rows[in_border],
+        block.targets[in_border],
+        block.ties[in_border],
+        compliance,
+        in_border,
+        weights,
+        tied.T @ block.ties,
+        -(block.targets @ tied),
+    )
+
+
+class Factors:
+    """H of one block on its free unknowns, factored, with the border eliminated; solves for any right-hand side."""
+
+    def __init__(self, spectrum: Spectrum, hessian: Array, free: Mask) -> None:
+        self._spectrum = spectrum
+        self._free = free
+        self._all = bool(free.all())
+        self.colors, self.size = spectrum.ties.shape
+        inner = hessian if self._all else hessian[free][:, free]
+        # Without smoothness H may be singular to rounding; more ridge then costs digits, not the answer.
+        for boost in (0.0, 1e-11, 1e-9, 1e-7):
+            self._factor, failed = dpotrf(inner if boost == 0 else _ridged(inner, boost), lower=1)
+            if not failed:
+                break
+        else:
+            raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
+        self._border_solved = self._solved(spectrum.border)
+        if len(spectrum.border):
+            schur = spectrum.border @ self._border_solved.T
+            least = STIFFNESS * max(float(np.diagonal(schur).max()), 1e-300)
+            schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
+            self._schur = schur
+
+    def _solved(self, rows: Array) -> Array:
+        """H⁻¹ on the free unknowns for each row of (k, n), 0 on the others."""
+        if not len(rows) or not self._free.any():
+            return np.zeros_like(rows)
+        if self._all:
+            return np.ascontiguousarray(dpotrs(self._factor, rows.T, lower=1)[0].T)
+        found = np.zeros_like(rows)
+        found[:, self._free] = dpotrs(self._factor, rows[:, self._free].T, lower=1)[0].T
+        return found
+
+    def solve(self, right: Array, border_right: Array) -> tuple[Array, Array]:
+        """x (k, n) and y (k, b) with H x + Eᵀ y = right, E x − c y = border_right, row by row."""
+        values = self._solved(right)
+        if not len(self._spectrum.border):
+            return values, np.zeros((len(right), 0))
+        multipliers = _symmetric_solve(self._schur, (values @ self._spectrum.border.T - border_right).T).T
+        return values - multipliers @ self._border_solved, multipliers
+
+
+def _ridged(matrix: Array, share: float) -> Array:
+    ridged = matrix.copy()
+    ridged.flat[:: len(ridged) + 1] += share * max(float(np.diagonal(matrix).mean()), 1e-12)
+    return ridged
+
+
+def _symmetric_solve(matrix: Array, right: Array) -> Array:
+    factor, failed = dpotrf(matrix, lower=1)
+    if not failed:
+        return np.asarray(dpotrs(factor, right, lower=1)[0])
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-14)[0])
+
+
+class Arrow:
+    """All blocks of a problem in squares, and the system of the free colors."""
+
+    def __init__(self, problem: Quadratic) -> None:
+        self.problem = problem
+        self.unit, lightest = median_weight(problem)
+        self.cap = min(CAP, CAP_OVER_LIGHTEST * lightest / self.unit)
+        self.spectra = [squared(block, self.unit, self.cap) for block in problem.blocks]
+        self._known()
+
+    def _known(self) -> None:
+        """Rows of known colors, and the colors' system."""
+        problem = self.problem
+        count = problem.color_lower.size
+        weights = problem.known_weights / self.unit
+        ties = problem.known_ties if problem.known_ties.size else np.zeros((0, count))
+        self._known_hessian = (ties.T * weights) @ ties
+        self._known_linear = -(problem.known_targets * weights) @ ties if len(ties) else np.zeros(count)
+        self.color_system = self._summed()
+        """W and w: curvature and pull of the colors before spectra are eliminated."""
+
+    def replaced(self, problem: Quadratic, changed: list[int]) -> bool:
+        """Take a like problem of which only some blocks differ; False where weights differ too much for that."""
+        unit, lightest = median_weight(problem)
+        cap = min(CAP, CAP_OVER_LIGHTEST * lightest / unit)
+        if not (0.1 < unit / self.unit < 10 and 0.1 < cap / self.cap < 10):
+            return False
+        self.problem = problem
+        for k in changed:
+            self.spectra[k] = squared(problem.blocks[k], self.unit, self.cap)
+        self._known()
+        return True
+
+    def _summed(self) -> tuple[Array, Array]:
+        hessian, linear = self._known_hessian.copy(), self._known_linear.copy()
+        for spectrum in self.spectra:
+            hessian += spectrum.color_hessian
+            linear += spectrum.color_linear
+        return hessian, linear
+
+    def row_forces(self, x: Array, multipliers: list[Array]) -> list[Array]:
+        """Multiplier of each row of each block in the problem's own units, from those of the border rows."""
+        colors, values = self.problem.split(x)
+        forces = []
+        for block, spectrum, value, multiplier in zip(
+            self.problem.blocks, self.spectra, values, multipliers, strict=True
+        ):
+            force = spectrum.weights * block.misses(value, colors.ravel())
+            force[spectrum.in_border] += multiplier
+            forces.append(self.unit * force)
+        return forces

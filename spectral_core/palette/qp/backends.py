@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two well-kept solvers beside the engine: daqp for lone spectra and feasibility, piqp where it is faster or the last.
+
+Dual active sets (daqp, Arnström 2022) take microseconds for a spectrum by itself. PIQP (Schwan 2023) works on the rows
+themselves and does not square their condition.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.qp.arrow import Arrow, Spectrum
+from spectral_core.palette.qp.quadratic import Block, Quadratic
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+FAR = 1e30
+"""Stands for infinity where a solver wants a number."""
+STIFFEST = 1e8
+"""Largest weight, relative to the median, that daqp is given: its normal equations lose digits past that."""
+EQUAL = 5
+"""daqp's sense of a row that must hold as an equality."""
+REACHED = 1e-7
+"""Linear RGB within which exact rows count as possible together."""
+
+
+def lone_spectrum(spectrum: Spectrum, lower: Array, upper: Array, colors: Array) -> tuple[Array, Mask] | None:
+    """One spectrum at given free colors, by daqp, and which samples are off their bounds; None where it gives up.
+
+    Where exact rows are many or heavy rows hold it, the answer is a guess of the active bounds more than an optimum.
+    """
+    import daqp
+
+    size = lower.size
+    exact = spectrum.compliance == 0
+    hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
+    right = spectrum.border_target + spectrum.border_ties @ colors
+    if not exact.all():
+        heavy, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
+        hessian = hessian + (heavy.T * stiffness) @ heavy
+        linear = linear - (stiffness * right[~exact]) @ heavy
+    rows, equal = np.ascontiguousarray(spectrum.border[exact]), right[exact]
+    high, low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
+    sense = np.zeros(size + len(equal), dtype=np.int32)
+    sense[size:] = EQUAL
+    if len(equal):
+        high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
+    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_tol=1e-11, dual_tol=1e-12)
+    if flag <= 0 or not np.all(np.isfinite(x)):
+        return None
+    multipliers = np.asarray(info["lam"])[:size]
+    # Exactly on the bound where a multiplier says so: rounding must not make an active bound look free.
+    value = np.where(multipliers > 0, upper, np.where(multipliers < 0, lower, np.asarray(x)))
+    return np.clip(value, lower, upper), multipliers == 0
+
+
+def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
+    """All spectra by daqp where they share no color; None where they do, or where daqp gives up."""
+    if arrow.problem.color_lower.size:
+        return None
+    found = []
+    for block, spectrum in zip(arrow.problem.blocks, arrow.spectra, strict=True):
+        one = lone_spectrum(spectrum, block.lower, block.upper, np.zeros(0))
+        if one is None:
+            return None
+        found.append(one)
+    return np.concatenate([x for x, _ in found]), np.concatenate([free for _, free in found])
+
+
+def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
+    """All unknowns and the multipliers of exact rows by block, from piqp in least-squares form; None if it fails."""
+    import piqp
+    from scipy import sparse
+
+    matrix, target = problem.least_squares()
+    equality, equality_target = problem.equalities()
+    count, n = matrix.shape
+    solver = piqp.SparseSolver()
+    solver.settings.eps_abs, solver.settings.eps_rel = 1e-11, 1e-11
+    solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
+    solver.settings.max_iter = 200
+    # Unknowns x and the residual r = M x − y: the squares then stand on r alone, and M is not squared.
+    squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
+    left = sparse.bmat([[matrix, -sparse.identity(count)], [equality, None]], format="csc")
+    lower = np.concatenate([problem.lower, np.full(count, -np.inf)])
+    upper = np.concatenate([problem.upper, np.full(count, np.inf)])
+    try:
+        solver.setup(
+            squares, np.zeros(n + count), left, np.concatenate([target, equality_target]), x_l=lower, x_u=upper
+        )
+        solver.solve()
+    except (RuntimeError, ValueError):
+        return None
+    x, duals = np.array(solver.result.x[:n]), np.array(solver.result.y[count:])
+    if not np.all(np.isfinite(x)):
+        return None
+    ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
+    return np.clip(x, problem.lower, problem.upper), np.split(duals, ends)
+
+
+def nearest_miss(problem: Quadratic) -> float:
+    """How far the exact rows stay from holding together within the bounds, at best: 0 where they can."""
+    blocks = tuple(_only_exact(block) for block in problem.blocks)
+    colors = problem.color_lower.size
+    soft = Quadratic(blocks, problem.color_lower, problem.color_upper, np.zeros((0, colors)), np.zeros(0), np.zeros(0))
+    found = by_piqp(soft)
+    if found is None:
+        return np.inf
+    shown, values = soft.split(found[0])
+    misses = [
+        float(np.abs(block.misses(value, shown.ravel())).max(initial=0.0))
+        for block, value in zip(blocks, values, strict=True)
+    ]
+    return max(misses, default=0.0)
+
+
+def _only_exact(block: Block) -> Block:
+    """The exact rows of a block as soft ones, over a trace of ridge that makes the answer unique."""
+    exact, n = block.exact, block.lower.size
+    return Block(
+        block.rows[exact],
+        block.targets[exact],
+        block.ties[exact],
+        np.ones(int(exact.sum())),
+        1e-7 * np.eye(n),
+        1e-14 * np.eye(n),
+        block.lower,
+        block.upper,
+    )

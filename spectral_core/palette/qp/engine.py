@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine of a palette's side: three gears on one factorization, and a check that decides.
+
+From an earlier answer: primal-dual active set, else the parametric walk. Cold: daqp where no spectrum depends on
+another, else the interior point, and the active set from its guess. Whatever comes out is checked (``optimality``).
+Where no gear passes, piqp is asked; where exact rows cannot hold together, they are weighed heavily instead and the
+answer says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.qp.active_set import ActiveSet
+from spectral_core.palette.qp.arrow import Arrow, median_weight
+from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, lone_spectrum, nearest_miss
+from spectral_core.palette.qp.feasibility import can_hold
+from spectral_core.palette.qp.interior_point import interior_point
+from spectral_core.palette.qp.optimality import FAILED, PERFECT, Check, checked
+from spectral_core.palette.qp.quadratic import Quadratic
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DENSE_LIMIT = 200
+"""Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
+ELASTIC = 1e4
+"""Weight, relative to the median, of exact rows that cannot hold together."""
+SHARP, FINE_STEPS = 1e-8, 12
+"""KKT residual past which an answer is refined, and the active-set steps that this may take."""
+LEAST_ELASTIC = 1e-2
+"""Squared weight, relative to the median, that an exact row has at least among other exact ones."""
+CONFLICTING = 1e-3
+"""Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
+NEAR = 1e-7
+"""Distance to a bound at which an interior answer is taken to lie on it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """One side solved."""
+
+    values: tuple[Array, ...]
+    """Spectra, one per block."""
+    colors: Array
+    """Free colors, (G, 3)."""
+    forces: tuple[Array, ...]
+    """Multiplier of each row of each block: how strongly it pulls."""
+    check: Check
+    engines: tuple[str, ...]
+    infeasible: bool = False
+    """Whether exact rows cannot hold together; they were weighed heavily instead."""
+
+
+class Engine:
+    """Solves like problems one after another, each from the answer to the last."""
+
+    def __init__(self) -> None:
+        self._active: ActiveSet | None = None
+        self._arrow: Arrow | None = None
+        self._impossible: set[int] = set()
+        self._conflict = False
+        """Whether exact rows of several spectra conflicted in the last problem."""
+        self.steps = 0
+        """Active-set steps of the last solve."""
+
+    def forget(self) -> None:
+        """Begin cold at the next solve."""
+        self._active = self._arrow = None
+
+    def solve(self, problem: Quadratic, changed: list[int] | None = None) -> Answer:
+        """Solve ``problem``.
+
+        ``changed``: blocks that differ from the last problem, of which everything else was the same; None for all.
+        """
+        if not problem.blocks:
+            return Answer((), problem.color_lower.clip(0.0), (), PERFECT, ())
+        changed = self._weighed(problem, changed)
+        if self._impossible:
+            problem = softened(problem, self._impossible)
+        # A gear that diverges overflows; its answer is no number, and the check refuses it.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            answer = self._still_conflicting(problem, changed) if self._conflict else None
+            if answer is None:
+                self._conflict = False
+                answer = self._solve(problem, changed)
+        return replace(answer, infeasible=True) if self._impossible else answer
+
+    def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
+        """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
+        elastic = softened(problem)
+        answer = self._warm(elastic, changed)
+        if answer is None or not answer.check.passed:
+            return None
+        misses = [
+            float(np.abs(block.misses(value, answer.colors.ravel())[block.exact]).max(initial=0.0))
+            for block, value in zip(problem.blocks, answer.values, strict=True)
+        ]
+        # A row that could hold misses by its multiplier over the elastic weight, which is far less.
+        return replace(answer, infeasible=True) if max(misses) > CONFLICTING else None
+
+    def _weighed(self, problem: Quadratic, changed: list[int] | None) -> list[int] | None:
+        """Find the blocks whose exact rows cannot hold, before any gear runs into them; returns what changed."""
+        before = self._impossible
+        asked = range(len(problem.blocks)) if changed is None else changed
+        tested = {k for k in asked if problem.blocks[k].exact.any() and not can_hold(problem, k)}
+        self._impossible = tested if changed is None else (before - set(changed)) | tested
+        return None if changed is None else sorted(set(changed) | (before ^ self._impossible))
+
+    def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
+        warm = self._warm(problem, changed)
+        answer = warm if warm is not None and warm.check.passed else self._cold(problem)
+        if not answer.check.passed:
+            # What failed is no place to go on from.
+            self.forget()
+        return answer
+
+    # -- gears -----------------------------------------------------------------------------------------------------
+
+    def _warm(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
+        """From the last answer: the active set, else the walk; None where there is no such answer."""
+        active, arrow = self._active, self._arrow
+        if active is None or arrow is None or not _alike(arrow.problem, problem):
+            return None
+        begin, free = active.x.copy(), active.free.copy()
+        same_bounds = np.array_equal(active.lower, problem.lower) and np.array_equal(active.upper, problem.upper)
+        if changed is not None and same_bounds and arrow.replaced(problem, changed):
+            active.stale.update(changed)
+        else:
+            arrow = self._arrow = Arrow(problem)
+            active = self._active = ActiveSet(arrow)
+            active.begin(begin, free)
+            begin, free = active.x.copy(), active.free.copy()
+        active.steps = 0
+        try:
+            arrived = active.settle() or self._guided(active, begin, free, changed)
+        except np.linalg.LinAlgError:
+            return None
+        self.steps = active.steps
+        if not arrived:
+            return None
+        answer = self._read(problem, active, "active set")
+        sharp = answer.check.passed and answer.check.kkt <= SHARP
+        return answer if sharp else self._finer(problem, active, "active set", answer)
+
+    @staticmethod
+    def _guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
+        """The walk, with the changed spectra brought to their optimum at the old free colors first.
+
+        Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
+        is short: daqp takes the hundred bends of one spectrum in the time of a few steps.
+        """
+        arrow = active.arrow
+        begin, free = begin.copy(), free.copy()
+        for k in range(len(arrow.spectra)) if changed is None else changed:
+            at = slice(active.offsets[k], active.offsets[k + 1])
+            if at.stop - at.start < DENSE_LIMIT:
+                found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], begin[: active.colors])
+                if found is not None:
+                    begin[at], free[at] = found
+        active.begin(begin, free)
+        return active.settle() or active.walk(begin, free)
+
+    def _cold(self, problem: Quadratic) -> Answer:
+        """From nothing."""
+        best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
+        gears = [self._from_guess, self._from_piqp]
+        if max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT:
+            gears.reverse()
+        for gear in gears:
+            try:
+                answer = gear(problem)
+            except np.linalg.LinAlgError:
+                continue
+            if answer is not None and (not best.values or answer.check.worst < best.check.worst):
+                best = answer
+            if best.check.passed:
+                return best
+        if problem.has_equalities and nearest_miss(problem) > REACHED:
+            return self._elastic(problem)
+        return best if best.values else _nothing(problem)
+
+    def _from_guess(self, problem: Quadratic) -> Answer | None:
+        """daqp or the interior point for the active bounds, then the active set for the digits."""
+        arrow = Arrow(problem)
+        guess = lone_spectra(arrow)
+        engine = "daqp" if guess is not None else "interior point"
+        begin, free = guess if guess is not None else interior_point(arrow)
+        return self._sharpened(problem, arrow, begin, free, engine)
+
+    def _from_piqp(self, problem: Quadratic) -> Answer | None:
+        """piqp's answer, sharpened by the active set where that helps."""
+        found = by_piqp(problem)
+        if found is None:
+            return None
+        x, multipliers = found
+        low, high = problem.lower, problem.upper
+        free = (x > low + NEAR) & (x < high - NEAR)
+        raw = np.where(x <= low + NEAR, low, np.where(x >= high - NEAR, high, x))
+        sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
+        if sharp is not None and sharp.check.passed:
+            return sharp
+        forces = problem.forces(x, multipliers)
+        return _answer(problem, x, forces, "piqp")
+
+    def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
+        active = ActiveSet(arrow)
+        near_low = begin - problem.lower <= problem.upper - begin
+        held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
+        active.begin(held, free)
+        self._arrow, self._active = arrow, active
+        # The walk begins at the guess itself, not where the first gear left the bounds.
+        arrived = active.settle() or active.walk(held, free)
+        self.steps = active.steps
+        answer = self._read(problem, active, engine)
+        if arrived and not (answer.check.passed and answer.check.kkt <= SHARP):
+            return self._finer(problem, active, engine, answer)
+        return answer if arrived or answer.check.passed else None
+
+    def _finer(self, problem: Quadratic, active: ActiveSet, engine: str, answer: Answer) -> Answer:
+        """The answer after refinement, where that is better.
+
+        Lights of very different strength hide the dim ones' pull in the rounding of the bright ones'; and exact rows
+        with large multipliers show what the factors' own ridge leaves.
+        """
+        held, free = active.x.copy(), active.free.copy()
+        if active.settle(FINE_STEPS, fine=True):
+            fine = self._read(problem, active, engine)
+            if fine.check.worst <= answer.check.worst:
+                return fine
+        active.begin(held, free)
+        return answer
+
+    def _read(self, problem: Quadratic, active: ActiveSet, engine: str) -> Answer:
+        forces = active.arrow.row_forces(active.x, active.multipliers)
+        return _answer(problem, active.x, forces, engine)
+
+    def _elastic(self, problem: Quadratic) -> Answer:
+        """Exact rows as heavy ones: the nearest compromise."""
+        elastic = softened(problem)
+        if sum(block.exact.sum() for block in elastic.blocks) == sum(block.exact.sum() for block in problem.blocks):
+            elastic = softened(problem, everything=True)
+        answer = self._cold(elastic)
+        self._conflict = True
+        return replace(answer, infeasible=True)
+
+
+def softened(problem: Quadratic, which: Collection[int] | None = None, *, everything: bool = False) -> Quadratic:
+    """The problem with the exact rows of cells, in all blocks or in some, as heavy ones.
+
+    Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
+    unless ``everything`` is to be soft.
+    """
+    unit = median_weight(problem)[0]
+    blocks = list(problem.blocks)
+    for k in range(len(blocks)) if which is None else which:
+        block = blocks[k]
+        soft = block.exact.copy()
+        if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
+            soft[3 * len(block.keys) :] = False
+        among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
+        blocks[k] = replace(block, weights=np.where(soft, ELASTIC * unit * among, block.weights))
+    return replace(problem, blocks=tuple(blocks))
+
+
+def solve(problem: Quadratic) -> Answer:
+    """Solve one problem by itself."""
+    return Engine().solve(problem)
+
+
+def _answer(problem: Quadratic, x: Array, forces: list[Array], engine: str) -> Answer:
+    colors, values = problem.split(x.copy())
+    return Answer(tuple(values), colors, tuple(forces), checked(problem, x, forces), (engine,))
+
+
+def _nothing(problem: Quadratic) -> Answer:
+    """What is shown where no gear gives numbers at all."""
+    x = np.clip(np.zeros(problem.size), problem.lower, problem.upper)
+    return replace(_answer(problem, x, problem.forces(x), "none"), check=FAILED)
+
+
+def _alike(one: Quadratic, other: Quadratic) -> bool:
+    """Whether two problems have the same unknowns."""
+    shapes = [[block.lower.size for block in problem.blocks] for problem in (one, other)]
+    return one.color_lower.shape == other.color_lower.shape and shapes[0] == shapes[1]

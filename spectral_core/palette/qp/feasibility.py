@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether exact rows can hold within the bounds, and a smallest set of them that cannot (by daqp's phase one)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.qp.backends import EQUAL, FAR
+from spectral_core.palette.qp.quadratic import Quadratic, RowKey
+
+Array = NDArray[np.float64]
+
+REACHED = 1e-8
+"""Linear RGB within which a row counts as held."""
+JOINT_LIMIT = 24
+"""Exact cells up to which those of several spectra are tested together; a test takes milliseconds."""
+CONFLICT = -1
+"""daqp's flag of rows and bounds that cannot hold together."""
+
+
+def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
+    """Exact cells that cannot all hold, of which none can be left out; empty where all can, or none is a cell.
+
+    Spectra are looked at one by one first: most conflicts are within one, and each test then takes microseconds.
+    """
+    for k, block in enumerate(problem.blocks):
+        keys = [(k, r) for r in range(len(block.keys)) if block.exact[3 * r]]
+        if keys and not _possible(problem, [k], keys):
+            return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, [k], keys))
+    keys = [(k, r) for k, block in enumerate(problem.blocks) for r in range(len(block.keys)) if block.exact[3 * r]]
+    blocks = list(range(len(problem.blocks)))
+    if len(keys) <= JOINT_LIMIT and keys and not _possible(problem, blocks, keys):
+        return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, blocks, keys))
+    return ()
+
+
+def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
+    """Whether the exact rows of one block can hold within its bounds, whatever the others do.
+
+    ``cells``: whether its exact cells are asked for, or only the rows that belong to no cell.
+    """
+    chosen = problem.blocks[block]
+    keys = [(block, r) for r in range(len(chosen.keys)) if chosen.exact[3 * r]] if cells else []
+    return _possible(problem, [block], keys)
+
+
+def _filtered(problem: Quadratic, blocks: list[int], keys: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Deletion filter (Chinneck 2008): drop each cell without which the others still conflict."""
+    kept = list(keys)
+    for key in keys:
+        fewer = [each for each in kept if each != key]
+        if fewer and not _possible(problem, blocks, fewer):
+            kept = fewer
+    return kept
+
+
+def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[int, int]]) -> bool:
+    """Whether the exact rows of some cells of some blocks can hold together."""
+    import daqp
+
+    colors = problem.color_lower.size
+    sizes = [problem.blocks[k].lower.size for k in blocks]
+    starts = dict(zip(blocks, np.cumsum([colors, *sizes[:-1]]).tolist(), strict=True))
+    total = colors + sum(sizes)
+    rows, right = [], []
+    for k, block in ((k, problem.blocks[k]) for k in blocks):
+        # Rows that are no cells (the white of a light) always count.
+        others = np.arange(len(block.weights))[3 * len(block.keys) :]
+        own = [np.arange(3 * r, 3 * r + 3) for b, r in keys if b == k]
+        own.append(others[block.exact[others]])
+        chosen = np.concatenate(own).astype(int)
+        matrix = np.zeros((chosen.size, total))
+        matrix[:, starts[k] : starts[k] + block.lower.size] = block.rows[chosen]
+        matrix[:, :colors] = -block.ties[chosen]
+        rows.append(matrix)
+        right.append(block.targets[chosen])
+    matrix, target = np.concatenate(rows), np.concatenate(right)
+    low = np.concatenate([problem.color_lower.ravel(), *(problem.blocks[k].lower for k in blocks)])
+    high = np.concatenate([problem.color_upper.ravel(), *(problem.blocks[k].upper for k in blocks)])
+    sense = np.concatenate([np.zeros(total), np.full(len(target), EQUAL)]).astype(np.int32)
+    x, _, flag, _ = daqp.solve(
+        np.eye(total),
+        np.zeros(total),
+        np.ascontiguousarray(matrix),
+        np.concatenate([np.minimum(high, FAR), target]),
+        np.concatenate([np.maximum(low, -FAR), target]),
+        sense,
+        primal_tol=1e-10,
+    )
+    if flag == CONFLICT:
+        return False
+    # Any other failure says nothing; the engine finds out.
+    return bool(flag <= 0 or np.abs(matrix @ x - target).max(initial=0.0) < REACHED)

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one problem that every side of a palette is: many bounded spectra, tied by a few free colors.
+
+    minimize ½ Σ_k [ Σ_r ω_r (a_r·x_k − t_r − τ_r·g)² + ||D x_k||² ] + ½ Σ_s ω_s (t_s + τ_s·g)²
+    subject to  low ≤ x_k ≤ high,  low ≤ g ≤ high,  a_r·x_k − t_r = τ_r·g  where ω_r is infinite
+
+A block x_k is a designed spectrum (or the amounts of its primaries); g holds a free color for each group of cells that
+should look the same (Eq. 5.16). Rows without a spectrum (index s) come from cells whose color is known already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy import sparse
+
+Array = NDArray[np.float64]
+DIM = 1e-7
+"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
+
+RowKey = tuple[int, tuple[int, int]]
+"""(condition, cell) from which three rows come."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One designed spectrum of n values: its rows, its roughness and its bounds."""
+
+    rows: Array
+    """A, (m, n)."""
+    targets: Array
+    """t, (m,)."""
+    ties: Array
+    """τ, (m, q): how each row depends on the free colors."""
+    weights: Array
+    """ω, (m,): squared weights; infinite where the row must hold exactly."""
+    roughness: Array
+    """D, (r, n)."""
+    gram: Array
+    """DᵀD, (n, n)."""
+    lower: Array
+    upper: Array
+    keys: tuple[RowKey, ...] = ()
+    """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
+    own_weights: Array | None = None
+    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
+
+    @cached_property
+    def exact(self) -> NDArray[np.bool_]:
+        """Rows that must hold exactly, (m,)."""
+        return np.isinf(self.weights)
+
+    @cached_property
+    def soft_weights(self) -> Array:
+        """ω, (m,), with 0 for rows that must hold exactly."""
+        return np.where(self.exact, 0.0, self.weights)
+
+    @cached_property
+    def scale(self) -> float:
+        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
+
+        Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
+        """
+        strength = np.abs(self.rows).max(axis=1, initial=0.0)
+        shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
+        if self.keys:
+            # Three rows are one color: the strongest of them says how well it shows.
+            colored = 3 * len(self.keys)
+            strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
+            shown[colored:] = False
+        lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
+        curvature = float(np.diagonal(self.gram).max(initial=0.0))
+        strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
+        return min(strongest, lightest) or 1.0
+
+    @cached_property
+    def lightest_ties(self) -> Array:
+        """Least weight with which rows are tied to each free color, (q,); infinite where none is."""
+        tied = (self.ties != 0) & (self.soft_weights > 0)[:, None]
+        return np.where(tied, self.soft_weights[:, None], np.inf).min(axis=0, initial=np.inf)
+
+    def misses(self, x: Array, colors: Array) -> Array:
+        """What each row leaves, unweighted, (m,)."""
+        return self.rows @ x - self.targets - self.ties @ colors
+
+
+@dataclass(eq=False)
+class Quadratic:
+    """The problem in the module's docstring. Free colors stand before the spectra in the vector of all unknowns."""
+
+    blocks: tuple[Block, ...]
+    color_lower: Array
+    """(G, 3)."""
+    color_upper: Array
+    known_ties: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    """τ_s, (s, q)."""
+    known_targets: Array = field(default_factory=lambda: np.zeros(0))
+    known_weights: Array = field(default_factory=lambda: np.zeros(0))
+
+    @cached_property
+    def offsets(self) -> list[int]:
+        """Where each block begins in the vector of all unknowns, and its end."""
+        return np.cumsum([self.color_lower.size, *(block.lower.size for block in self.blocks)]).tolist()
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.offsets[-1]
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower bounds of all unknowns."""
+        return np.concatenate([self.color_lower.ravel(), *(block.lower for block in self.blocks)])
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper bounds of all unknowns."""
+        return np.concatenate([self.color_upper.ravel(), *(block.upper for block in self.blocks)])
+
+    @cached_property
+    def has_equalities(self) -> bool:
+        """Whether any row must hold exactly."""
+        return any(block.exact.any() for block in self.blocks)
+
+    def split(self, x: Array) -> tuple[Array, list[Array]]:
+        """Free colors (G, 3) and the spectra."""
+        return x[: self.offsets[0]].reshape(-1, 3), [x[a:b] for a, b in pairwise(self.offsets)]
+
+    def joined(self, colors: Array, values: Sequence[Array]) -> Array:
+        """The vector of all unknowns; inverse of ``split``."""
+        return np.concatenate([colors.ravel(), *values])
+
+    def best_colors(self, values: Sequence[Array]) -> Array:
+        """Free colors (G, 3) that are best for given spectra: the weighted mean of each group, held in its box."""
+        count = self.color_lower.size
+        if not count:
+            return np.zeros((0, 3))
+        hessian = (self.known_ties.T * self.known_weights) @ self.known_ties
+        linear = -self.known_ties.T @ (self.known_weights * self.known_targets)
+        for block, value in zip(self.blocks, values, strict=True):
+            finite = block.weights[~block.exact]
+            # Exact rows have one color all the same; a large weight picks it.
+            weights = np.where(block.exact, 1e8 * max(float(finite.max(initial=0.0)), 1.0), block.weights)
+            tied = block.ties.T * weights
+            hessian = hessian + tied @ block.ties
+            linear = linear + tied @ (block.rows @ value - block.targets)
+        index = np.arange(count)
+        hessian[index, index] += 1e-300 + 1e-15 * np.diagonal(hessian)
+        colors = np.linalg.solve(hessian, linear)
+        return np.clip(colors, self.color_lower.ravel(), self.color_upper.ravel()).reshape(-1, 3)
+
+    def forces(self, x: Array, equality_forces: Sequence[Array] | None = None) -> list[Array]:
+        """Multiplier of each row of each block, (m,): weight × what is left, or as given where a row is exact."""
+        colors, values = self.split(x)
+        found = []
+        for k, (block, value) in enumerate(zip(self.blocks, values, strict=True)):
+            exact = block.exact
+            force = block.soft_weights * block.misses(value, colors.ravel())
+            if equality_forces is not None:
+                force[exact] = equality_forces[k]
+            found.append(force)
+        return found
+
+    def gradient(self, x: Array, forces: Sequence[Array]) -> Array:
+        """Gradient of the Lagrangian by all unknowns, from the rows' multipliers."""
+        colors, values = self.split(x)
+        by_colors = self.known_ties.T @ (self.known_weights * (self.known_targets + self.known_ties @ colors.ravel()))
+        if by_colors.size == 0:
+            by_colors = np.zeros(colors.size)
+        parts = []
+        for block, value, force in zip(self.blocks, values, forces, strict=True):
+            parts.append(block.gram @ value + block.rows.T @ force)
+            by_colors = by_colors - block.ties.T @ force
+        return np.concatenate([by_colors, *parts])
+
+    def objective(self, x: Array) -> float:
+        """Half the weighted sum of squares of all rows that need not hold exactly."""
+        colors, values = self.split(x)
+        total = float(self.known_weights @ (self.known_targets + self.known_ties @ colors.ravel()) ** 2)
+        for block, value in zip(self.blocks, values, strict=True):
+            total += float(block.soft_weights @ block.misses(value, colors.ravel()) ** 2 + value @ (block.gram @ value))
+        return total / 2
+
+    def least_squares(self) -> tuple[sparse.csr_matrix, Array]:
+        """All rows times the roots of their weights, (M, y) with objective ½||M x − y||²."""
+        from scipy import sparse
+
+        parts, right = [], []
+        root = np.sqrt(self.known_weights)
+        if root.size:
+            parts.append(_wide(root[:, None] * self.known_ties, 0, self.size))
+            right.append(-root * self.known_targets)
+        for block, start in zip(self.blocks, self.offsets, strict=False):
+            soft = ~block.exact
+            root = np.sqrt(block.weights[soft])[:, None]
+            tied = _wide(-root * block.ties[soft], 0, self.size)
+            parts += [_wide(root * block.rows[soft], start, self.size) + tied, _wide(block.roughness, start, self.size)]
+            right += [root[:, 0] * block.targets[soft], np.zeros(len(block.roughness))]
+        if not parts:
+            return sparse.csr_matrix((0, self.size)), np.zeros(0)
+        return sparse.vstack(parts, format="csr"), np.concatenate(right)
+
+    def equalities(self) -> tuple[sparse.csr_matrix, Array]:
+        """Rows that must hold exactly, and their right-hand sides, in the order of the blocks."""
+        from scipy import sparse
+
+        parts = [
+            _wide(block.rows[block.exact], start, self.size) + _wide(-block.ties[block.exact], 0, self.size)
+            for block, start in zip(self.blocks, self.offsets, strict=False)
+        ]
+        right = [block.targets[block.exact] for block in self.blocks]
+        if not parts:
+            return sparse.csr_matrix((0, self.size)), np.zeros(0)
+        return sparse.vstack(parts, format="csr"), np.concatenate(right)
+
+
+def _wide(matrix: Array, start: int, width: int) -> sparse.csr_matrix:
+    """A dense matrix as columns ``start`` onwards of a sparse one of a given width."""
+    from scipy import sparse
+
+    rows, columns = np.nonzero(matrix)  # roughness rows hold three values each
+    return sparse.csr_matrix((matrix[rows, columns], (rows, columns + start)), shape=(len(matrix), width))

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""BLAS on one thread while a palette is solved.
+
+The matrices of a palette have tens of rows. Several threads make them no faster, and on a busy machine OpenBLAS spins
+while it waits for its second thread: a 401-sample palette then takes ten times as long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, wraps
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@cache
+def _controller() -> Any:
+    """The libraries found once: searching them takes milliseconds, limiting them microseconds."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """Run ``function`` with BLAS limited to one thread; the number is set back afterwards."""
+
+    @wraps(function)
+    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+        # scipy brings a BLAS of its own, which must be loaded before the libraries are searched.
+        import scipy.linalg  # noqa: F401
+
+        with _controller().limit(limits=1, user_api="blas"):
+            return function(*args, **kwargs)
+
+    return limited

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sweep of a .blend: add numbers, run, extend, apply a point, keyframe a path, and the same by command line."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+KEY = 'bpy.data.lights["Key"].energy'
+ROUGH = 'bpy.data.materials["Metal"].node_tree.nodes["Glossy"].inputs[1].default_value'
+HEIGHT = 'bpy.data.objects["Camera"].location[2]'
+
+
+@pytest.fixture
+def scene(tmp_path):
+    import blender_addon
+    from blender_addon import compat
+
+    if not hasattr(bpy.types.Scene, "spectral"):
+        blender_addon.register()
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made = bpy.context.scene
+    made.render.engine = "SPECTRAL"
+    made.render.resolution_x, made.render.resolution_y = 32, 24
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    material = bpy.data.materials.new("Metal")
+    tree = compat.use_nodes(material)
+    tree.nodes.clear()
+    node = tree.nodes.new("ShaderNodeBsdfGlossy")
+    node.name = "Glossy"
+    tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    light = bpy.data.lights.new("Key", "POINT")
+    light.energy, light.shadow_soft_size = 300.0, 0.5
+    lamp = bpy.data.objects.new("Key", light)
+    lamp.location = (1, 1, 3)
+    made.collection.objects.link(lamp)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (0, -5, 3), (1.1, 0, 0)
+    made.collection.objects.link(camera)
+    made.camera = camera
+    made.spectral.sweep.percentage, made.spectral.sweep.samples, made.spectral.sweep.budget = 100, 4, 3
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    return made
+
+
+def add(path: str, low: float, high: float):
+    bpy.ops.spectral.sweep_add(target=path)
+    entry = bpy.context.scene.spectral.sweep.parameters[path]
+    entry.low, entry.high = low, high
+    return entry
+
+
+@pytest.mark.slow
+def test_three_properties_are_swept_applied_and_keyframed(scene, tmp_path):
+    from blender_addon.editing import sweep as editing
+
+    entry = add(KEY, 100, 1000)
+    entry.scale = "log"
+    add(ROUGH, 0.1, 0.9)
+    add(HEIGHT, 2, 5)
+    assert [each.label for each in scene.spectral.sweep.parameters][::2] == ["key_energy", "camera_location_2"]
+    assert bpy.ops.spectral.sweep_estimate() == {"FINISHED"}
+    assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
+    rows = editing.rows(scene)
+    assert len(rows) == 3 and (tmp_path / "sweep.cdb" / rows[0].files["FILE"]).is_file()
+    assert bpy.ops.spectral.sweep_apply(row=2) == {"FINISHED"}
+    assert bpy.data.lights["Key"].energy == pytest.approx(rows[1].parameters["key_energy"], rel=1e-6)
+    assert bpy.data.objects["Camera"].location[2] == pytest.approx(rows[1].parameters["camera_location_2"], rel=1e-6)
+    # applying a point changes the file, and yet the sweep goes on where it was
+    scene.spectral.sweep.budget = 5
+    assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
+    more = editing.rows(scene)
+    assert [row.key for row in more[:3]] == [row.key for row in rows] and len(more) == 5
+    assert [row.outcome for row in more[:3]] == [row.outcome for row in rows]
+    assert bpy.ops.spectral.sweep_keyframe(rows="1, 3", step=10) == {"FINISHED"}
+    scene.frame_set(scene.frame_current + 10)
+    assert bpy.data.lights["Key"].energy == pytest.approx(more[2].parameters["key_energy"], rel=1e-5)
+    # the light makes the picture brighter
+    brightness = np.array([row.outcome["lab_lightness"] for row in more])
+    energy = np.array([row.parameters["key_energy"] for row in more])
+    assert np.corrcoef(np.log(energy), brightness)[0, 1] > 0.3
+
+
+@pytest.mark.slow
+def test_a_swept_light_is_relit_and_equals_a_render(scene, tmp_path):
+    from blender_addon.editing.sweep_node import BlendNode
+    from spectral_core.explore.sweep.compute.rendering import rendered
+    from spectral_core.explore.sweep.parameters import Parameter, Space
+
+    space = Space((Parameter("energy", 10, 1000, path=KEY),))
+    node = BlendNode.of(tmp_path / "scene.blend", space, samples=4)
+    assert node.relights
+    for energy in (50.0, 700.0):
+        relit = node({"energy": energy}, 3).pictures[""]
+        alone = rendered(node.scene({"energy": energy}, 3)).pictures[""]
+        assert np.abs(relit[..., :3] - alone[..., :3]).max() < 1e-4 * max(1.0, float(alone.max()))
+
+
+@pytest.mark.parametrize(
+    "path",
+    ['bpy.data.lights["None"].energy', "__import__('os')", 'bpy.data.lights["Key"].nothing', 'bpy.data.lights["Key"].energy; 1',  # noqa: E501
+     'bpy.data.objects["Camera"].location[7]', 'bpy.data.objects["Camera"].__class__', "../x", ""],
+)  # fmt: skip
+def test_a_path_that_does_not_exist_is_named(scene, path):
+    with pytest.raises(RuntimeError):
+        bpy.ops.spectral.sweep_add(target=path)
+    assert len(scene.spectral.sweep.parameters) == 0
+
+
+@pytest.mark.slow
+def test_the_command_line_sweeps_a_file_and_names_a_wrong_path(scene, tmp_path):
+    text = """[compute]
+kind = "blend"
+blend = "scene.blend"
+samples = 2
+percentage = 50
+[design]
+budget = 2
+[[parameters]]
+name = "height"
+path = 'bpy.data.objects["Camera"].location[2]'
+low = 2.0
+high = 4.0
+"""
+    (tmp_path / "good.toml").write_text(text)
+    (tmp_path / "bad.toml").write_text(text.replace("Camera", "Kamera"))
+    command = [sys.executable, "-m", "blender_addon", "sweep", "--json"]
+    good = subprocess.run([*command, str(tmp_path / "good.toml"), "--out", str(tmp_path / "good")], capture_output=True,
+                          text=True, check=False, cwd=Path(__file__).parents[2])  # fmt: skip
+    assert good.returncode == 0, good.stderr
+    assert json.loads(good.stdout.splitlines()[-1])["computed"] == 2
+    bad = subprocess.run([*command, str(tmp_path / "bad.toml"), "--out", str(tmp_path / "bad")], capture_output=True,
+                         text=True, check=False, cwd=Path(__file__).parents[2])  # fmt: skip
+    assert bad.returncode == 1 and "Kamera" in bad.stderr
+
+
+def test_a_number_is_removed_and_nothing_is_cancelled_or_opened_before_a_run(scene):
+    add(KEY, 1, 2)
+    assert bpy.ops.spectral.sweep_remove(index=0) == {"FINISHED"}
+    assert len(scene.spectral.sweep.parameters) == 0
+    with pytest.raises(RuntimeError, match="there is no parameter 0"):
+        bpy.ops.spectral.sweep_remove(index=0)
+    with pytest.raises(RuntimeError, match="no sweep is on its way"):
+        bpy.ops.spectral.sweep_cancel()
+    with pytest.raises(RuntimeError, match="there is no sweep in"):
+        bpy.ops.spectral.sweep_open(browse=False)
+
+
+def test_nothing_is_swept_where_nothing_was_added(scene):
+    with pytest.raises(RuntimeError, match="nothing is swept"):
+        bpy.ops.spectral.sweep_run()

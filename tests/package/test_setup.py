@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Set-up notices a .venv that was left unfinished, is broken or of another Python; the lock file is complete."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An environment with pip, to be copied: making one takes seconds."""
+    place = tmp_path_factory.mktemp("template") / "venv"
+    venv.create(place, with_pip=True)
+    return place
+
+
+@pytest.fixture
+def setup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, template: Path) -> ModuleType:
+    """The set-up script, for another .venv."""
+
+    def copy(place: Path, with_pip: bool) -> None:
+        assert with_pip
+        shutil.copytree(template, place, symlinks=True, dirs_exist_ok=True)
+
+    spec = importlib.util.spec_from_file_location("set_up", ROOT / "scripts" / "setup.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    place = tmp_path / ".venv"
+    for name, value in (("VENV", place), ("PYTHON", place / "bin" / "python"), ("STAMP", place / ".set-up")):
+        monkeypatch.setattr(module, name, value)
+    monkeypatch.setattr(module, "UNFINISHED", place / ".unfinished")
+    monkeypatch.setattr(module.venv, "create", copy)
+    return module
+
+
+@pytest.fixture
+def made(setup: ModuleType) -> ModuleType:
+    """With a .venv that is as it should be, but for its packages."""
+    setup.venv.create(setup.VENV, with_pip=True)
+    assert setup.whats_wrong() == ""
+    return setup
+
+
+def test_no_venv_is_nothing_wrong(setup: ModuleType) -> None:
+    assert setup.whats_wrong() == ""
+
+
+def test_an_interrupted_one_is_noticed(made: ModuleType) -> None:
+    made.UNFINISHED.touch()
+    assert made.whats_wrong() == "its set-up was interrupted"
+    made.UNFINISHED.unlink()
+    shutil.rmtree(next(made.VENV.glob("lib/*/site-packages/pip")))
+    assert "No module named" in made.whats_wrong()
+    made.PYTHON.unlink()
+    assert "does not start" in made.whats_wrong()
+
+
+def test_one_of_another_python_is_noticed(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(made.sys, "version", "3.12.1 (main)")
+    assert "this is 3.12.1" in made.whats_wrong()
+
+
+def test_one_that_was_copied_from_elsewhere_is_noticed(setup: ModuleType, tmp_path: Path) -> None:
+    setup.venv.create(tmp_path / "other", with_pip=True)
+    setup.VENV.mkdir()
+    (setup.VENV / "bin").symlink_to(tmp_path / "other" / "bin")
+    assert "it belongs to" in setup.whats_wrong()
+
+
+def test_what_is_wrong_is_made_anew_and_the_rest_is_left(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[tuple[str, ...]] = []
+    monkeypatch.setattr(made, "install", lambda *command: ran.append(command))
+    (made.VENV / "mark").touch()
+    made.UNFINISHED.touch()
+    made.packages()
+    assert len(ran) == 2 and "--require-hashes" in ran[0] and "--no-build-isolation" in ran[1]
+    assert not (made.VENV / "mark").exists() and made.STAMP.exists() and not made.UNFINISHED.exists()
+    made.packages()
+    assert len(ran) == 2
+    (made.VENV / "mark").touch()
+    made.STAMP.write_text("of another lock file")
+    made.packages()
+    assert len(ran) == 4 and (made.VENV / "mark").exists()
+
+
+def test_an_interruption_while_installing_starts_over(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_command: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(made, "install", stop)
+    with pytest.raises(KeyboardInterrupt):
+        made.packages()
+    assert made.whats_wrong() == "its set-up was interrupted"
+
+
+def test_every_pinned_package_is_locked_with_hashes() -> None:
+    lock = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
+    locked = {line.split("==")[0]: line for line in lock.splitlines() if "==" in line}
+    pins = re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "constraints.txt").read_text(), re.MULTILINE)
+    assert pins
+    for name, version in pins:
+        line = locked.get(re.sub(r"[-_.]+", "-", name).lower())
+        if line is not None:
+            assert line.startswith(f"{re.sub(r'[-_.]+', '-', name).lower()}=={version} ")
+    assert all("--hash=sha256:" in line for line in locked.values())
+    assert {"numpy", "mitsuba", "bpy", "hatchling", "editables", "pytest"} <= set(locked)
+
+
+def test_the_installed_python_is_the_one_that_is_meant() -> None:
+    done = subprocess.run([sys.executable, "-I", "-c", "import sys; print(sys.prefix)"], capture_output=True, text=True)
+    assert Path(done.stdout.strip()) == Path(sys.prefix)
