@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from spectral_core.render.mitsuba_scene.plain import STAND_INS, stand_in
 from spectral_core.render.plugins.computed import computed_classes
 from spectral_core.render.plugins.programs import LoadedProgram, SceneTables
 from spectral_core.render.plugins.upsampling import Upsampling
@@ -73,13 +72,4 @@ class Context:
         One thread and no merging of equal children: emitters keep their order and identity, so that equal seeds give
         equal paths.
         """
-        if self.mitsuba.variant().startswith("scalar"):
-            description = self._plain(description)
         return self.mitsuba.load_dict(description, parallel=False, optimize=False)
-
-    def _plain(self, description: dict[str, Any]) -> dict[str, Any]:
-        if description["type"] in STAND_INS:
-            self.note("Scalar renderer", STAND_INS[description["type"]])
-            return stand_in(self.mitsuba, description)
-        inner = {name: self._plain(part) for name, part in description.items() if isinstance(part, dict)}
-        return {**description, **inner}
