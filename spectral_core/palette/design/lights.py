@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.side import Assembler, Side
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.design.fast_lights import PlainPalette
 from spectral_core.palette.design.rounds import Budget, Rounds
 from spectral_core.palette.problem import PaletteProblem
@@ -51,7 +52,7 @@ class _Found:
     objective: float
 
 
-def outer_side(problem: PaletteProblem) -> Side | None:
+def outer_side(problem: PaletteProblem, wishes: Wishes) -> Side | None:
     """The side that L-BFGS-B moves, the other one being solved for; None where neither way applies.
 
     Only bounds may restrict the outer side. Lights that must look white, or exact cells of measured reflectances under
@@ -63,7 +64,8 @@ def outer_side(problem: PaletteProblem) -> Side | None:
     cells = [cell for row in problem.cells for cell in row]
     if problem.match != "linear" and any(cell.others or cell.box is not None for cell in cells):
         return None  # the metric of free colors moves with them, so that φ has no gradient of this form
-    exact = [(i, j) for i, row in enumerate(problem.cells) for j, cell in enumerate(row) if cell.exact]
+    exact = [target.cell for target in wishes.targets if target.exact]
+    exact += [cell for group in wishes.groups for cell, held in zip(group.members, group.exact, strict=True) if held]
     held = any(light.white_xyz is not None or light.luminance is not None for light in problem.lights if light.free)
     if not held and all(problem.reflectances[i].free for i, _ in exact):
         return "lights"
