@@ -5,7 +5,7 @@ SHELL := /bin/bash
 BASE_PYTHON := $(shell command -v python3.11 || command -v python3)
 PYTHON := .venv/bin/python
 
-.PHONY: help setup demo test quick check format extension real-blender clean
+.PHONY: help setup lock demo test quick check format extension real-blender clean
 
 help:
 	@sed -n 's/^# make/make/p' Makefile
@@ -13,6 +13,9 @@ help:
 
 setup:
 	@$(BASE_PYTHON) scripts/setup.py
+
+lock:
+	@$(BASE_PYTHON) scripts/lock.py
 
 demo: setup
 	$(PYTHON) -m blender_addon demo --out out/demo
@@ -23,8 +26,9 @@ check: setup
 	$(PYTHON) -m mypy
 	.venv/bin/lint-imports
 
+# CI=true: a folder of tests of which nothing could run, for want of bpy or Mitsuba, is a failure
 test: check
-	$(PYTHON) -m pytest --durations=15
+	CI=true $(PYTHON) -m pytest --durations=15
 
 quick: setup
 	$(PYTHON) -m pytest -m "not slow"

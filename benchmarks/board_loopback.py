@@ -18,7 +18,7 @@ FADERS, RATE = 8, 1000
 def run(options: Options) -> dict[str, Any]:
     """Sends in real time, polls at 60 Hz as a picture would; the backlog is the age of a message when it is applied."""
     seconds = 2.0 if options.quick else 60.0
-    figures = {"seconds": seconds, "messages_per_second": RATE}
+    figures: dict[str, Any] = {"seconds": seconds, "messages_per_second": RATE}
     figures["midi"] = _midi(seconds)
     figures["osc"] = _osc(seconds)
     for wire in ("midi", "osc"):
@@ -26,6 +26,15 @@ def run(options: Options) -> dict[str, Any]:
         print(f"{wire:5} {f['sent']} sent, {f['received']} received, worst backlog {f['worst_backlog_ms']:.1f} ms, "
               f"p99 {f['p99_backlog_ms']:.1f} ms, last values right: {f['last_values_right']}, "
               f"motor messages while moving: {f['motor_messages_while_moving']}")  # fmt: skip
+    wires = [figures["midi"], figures["osc"]]
+    figures["holds"] = {
+        "board: every last value arrives": all(f["last_values_right"] for f in wires),
+        "board: backlog under 50 ms in 99 %": all(f["p99_backlog_ms"] < 50 for f in wires),
+        "board: no motor is moved while a hand moves its fader": all(
+            f["motor_messages_while_moving"] <= FADERS
+            for f in wires  # each once, to where its number stands at first
+        ),
+    }
     return figures
 
 

@@ -39,6 +39,12 @@ def run(options: Options) -> dict[str, Any]:
         rendered = render_scene(under_lights(spectral, spectra), sampling_lights=SAMPLING_LIGHTS).pixels
         figures[name] = {"dial": _error(dial, render_scene(dimmed).pixels), "exact": _error(exact, rendered)}
         print(f"{name:20} dial {figures[name]['dial']:.1e}   exact {figures[name]['exact']:.1e}")
+    figures["holds"] = {
+        "relight: dial equals a new render to float rounding": all(row["dial"] < 1e-5 for row in figures.values()),
+        "relight: exact storage equals a new render to float rounding": all(
+            row["exact"] < 1e-5 for row in figures.values()
+        ),
+    }
     return figures
 
 

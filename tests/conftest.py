@@ -10,8 +10,63 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import settings
+
+settings.register_profile("house", deadline=None)  # a busy machine is no fault of what is tested
+settings.load_profile("house")
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+_skipped: dict[str, list[str]] = {}
+"""Reasons of what was skipped, by folder of tests; and in ``_ran`` how many tests of it ran."""
+_ran: dict[str, int] = {}
+
+
+def _folder(node_id: str) -> str:
+    return node_id.partition("::")[0].rpartition("/")[0]
+
+
+def _note_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
+    reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+    _skipped.setdefault(_folder(report.nodeid), []).append(reason.removeprefix("Skipped: "))
+
+
+def pytest_collectreport(report: pytest.CollectReport) -> None:
+    """Count what a whole module skips."""
+    if report.skipped:
+        _note_skip(report)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Count what ran and what a test skips."""
+    if report.skipped:
+        _note_skip(report)
+    elif report.when == "call":
+        _ran[_folder(report.nodeid)] = _ran.get(_folder(report.nodeid), 0) + 1
+
+
+def _silent_folders() -> list[str]:
+    """Folders of which nothing ran. A real Blender is tested by a make target of its own."""
+    return sorted(folder for folder in _skipped if not _ran.get(folder) and folder != "tests/real_blender")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what was skipped, and why."""
+    if not _skipped:
+        return
+    terminalreporter.section("skipped")
+    for folder, reasons in sorted(_skipped.items()):
+        for reason in sorted(set(reasons)):
+            terminalreporter.line(f"{reasons.count(reason):4} in {folder}: {reason}")
+    for folder in _silent_folders():
+        terminalreporter.line(f"NOTHING of {folder} ran")
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where CI is set, a folder of which nothing ran is a failure: a missing bpy would else leave everything green."""
+    if os.environ.get("CI") and _silent_folders() and session.exitstatus == 0:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture

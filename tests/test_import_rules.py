@@ -8,14 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[1]
 HEAVY = ["bpy", "mitsuba", "drjit", "cvxpy", "colour", "matplotlib", "OpenEXR", "daqp", "piqp"]
 
 
 def in_fresh_python(code: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=120)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
 
 
 def room_modules() -> list[str]:
@@ -31,16 +29,20 @@ def room_modules() -> list[str]:
 def test_import_contracts_hold() -> None:
     """The layers, the sideways arrows and who may import Mitsuba or a QP back end: pyproject.toml, import-linter."""
     lint = Path(sys.executable).with_name("lint-imports")
-    done = subprocess.run([str(lint), "--no-cache"], capture_output=True, text=True, cwd=ROOT, timeout=120)
+    done = subprocess.run([str(lint), "--no-cache"], capture_output=True, text=True, cwd=ROOT)
 
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("absent", ["bpy", "mitsuba", "drjit", "cvxpy", "colour", "matplotlib", "OpenEXR"])
-def test_core_imports_without(absent: str) -> None:
-    """Every module of the core can be imported where an optional package is missing."""
+def test_core_imports_without_any_optional_package() -> None:
+    """Every module of the core can be imported where no optional package is installed.
+
+    One interpreter for all of them: what one module imports of its own accord would fail for each package alike.
+    """
+    absent = ["bpy", "mitsuba", "drjit", "cvxpy", "colour", "matplotlib", "OpenEXR", "nrrd", "nibabel", "tifffile"]
     code = (
-        f"import sys, importlib; sys.modules[{absent!r}] = None\n"
+        "import sys, importlib\n"
+        f"sys.modules.update(dict.fromkeys({absent!r}))\n"
         f"for name in {room_modules()!r}: importlib.import_module(name)"
     )
     done = in_fresh_python(code)

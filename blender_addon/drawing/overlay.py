@@ -66,7 +66,8 @@ def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
 
 def line_color(number: int) -> tuple[float, float, float, float]:
     """Color of a curve by its place in the table: told apart also by color-blind eyes, unlike the spectra's own colors,
-    which a palette makes equal on purpose."""
+    which a palette makes equal on purpose.
+    """
     return (*DISTINCT_COLORS[number % len(DISTINCT_COLORS)], 1.0)
 
 

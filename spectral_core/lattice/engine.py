@@ -44,6 +44,10 @@ class LatticeEngine(qmc.QMCEngine):
         Whether rotation and offset are drawn from ``rng``. Without, they are the same in every engine.
     optimization
         As for every engine of SciPy.
+    rng
+        Integer, Generator or None.
+    seed
+        The name of ``rng`` before SciPy 1.15.
     """
 
     def __init__(

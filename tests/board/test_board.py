@@ -314,3 +314,24 @@ def test_learning_a_fourteen_bit_fader_binds_the_pair() -> None:
         expected = Control("cc14", 2, "7") if wide else Control("cc", 2, "7")
         assert [binding.control for binding in board.bindings] == [expected]
         assert numbers["a"] == pytest.approx(16354 / 16383 if wide else 127 / 127, abs=0.01)
+
+
+def test_ranges_that_do_not_start_at_zero_and_run_the_other_way() -> None:
+    knob = Control("cc", 0, "1")
+    assert Binding(knob, "a", 5.0, 10.0).position(7.5) == pytest.approx(0.5)
+    assert Binding(knob, "a", -2.0, 6.0).value(0.25) == pytest.approx(0.0)
+    swapped = Binding(knob, "a", 10.0, 4.0)
+    assert (swapped.value(0.0), swapped.value(1.0)) == (10.0, 4.0)
+    assert swapped.position(4.0) == 1.0 and swapped.position(11.0) == 0.0
+    with pytest.raises(InvalidInputError, match="two different finite ends"):
+        Binding(knob, "a", float("-inf"), 1.0)
+
+
+def test_motors_get_sixty_commands_a_second_and_no_more() -> None:
+    numbers = Numbers({"a": 1.0})
+    board = board_of(numbers)
+    sent = 0
+    for tick in range(400):
+        numbers["a"] = tick / 40
+        sent += len(board.motors(time=1.0 + tick / 400))
+    assert 55 <= sent <= 61

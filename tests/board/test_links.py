@@ -126,6 +126,8 @@ def test_osc_packets_are_read_strictly_and_later_bundles_block_nothing() -> None
         ("/b", 1.0),
     ]
     assert list(numbers_in(osc_message("/s", "s", b"Key\0"))) == [("/s", None)]
+    assert list(numbers_in(osc_message("/f", "fs", struct.pack(">f", 0.25) + b"Key\0"))) == [("/f", 0.25)]
+    assert list(numbers_in(osc_message("/d", "d", struct.pack(">d", 0.125)))) == [("/d", 0.125)]
     deep = whole
     for _ in range(3000):
         deep = bundle(1, deep)

@@ -46,7 +46,7 @@ def package() -> Path:
     """The zip with wheels for this Python alone."""
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     build = [sys.executable, "scripts/build_extension.py", "--python", version, "--name", "test"]
-    done = subprocess.run(build, capture_output=True, text=True, cwd=ROOT, timeout=280)
+    done = subprocess.run(build, capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "passes Blender's validator" in done.stdout
     (built,) = (ROOT / "dist").glob("test-*.zip")
@@ -54,13 +54,14 @@ def package() -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)  # a guard against hanging: the build fetches and packs 180 MB
 def test_zip_installs_solves_renders_and_leaves_nothing(package: Path, tmp_path: Path) -> None:
     picture = tmp_path / "picture.png"
     code = INSIDE.format(root=str(ROOT), package=str(package), picture=str(picture))
     for name in ("DRJIT_LIBLLVM_PATH", "SPECTRAL_SCENE_LLVM"):
         os.environ.pop(name, None)
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile"), "PYTHONPATH": ""}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, timeout=280,
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path,
                           env=environment)  # fmt: skip
     lines = [line for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
     assert lines, done.stdout + done.stderr

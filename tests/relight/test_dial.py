@@ -113,3 +113,17 @@ def test_bad_dials_are_refused() -> None:
         dial_weights([0, 0, 0], [[0, 0], [1, 1]])
     with pytest.raises(InvalidInputError, match="give one switch per bulb"):
         dial_weights([0, 0], [[0, 0], [1, 1]], [True])
+
+
+def test_a_bulb_that_is_off_takes_no_share_of_its_spot() -> None:
+    """Two bulbs on one spot, one of them off: the other has all that the spot has."""
+    bulbs = [[0.0, 1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]
+    alone = dial_weights([0.1, 0.2], [bulbs[0], bulbs[2], bulbs[3]])
+    for off in (0, 1):
+        switches = [k != off for k in range(4)]
+        weights = dial_weights([0.1, 0.2], bulbs, switches)
+        assert weights[off] == 0.0
+        np.testing.assert_allclose(weights[1 - off], alone[0], rtol=1e-12)
+        np.testing.assert_allclose(weights[2:], alone[1:], rtol=1e-12)
+    both = dial_weights([0.1, 0.2], bulbs)
+    np.testing.assert_allclose(both[:2], alone[0] / 2, rtol=1e-12)

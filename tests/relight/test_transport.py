@@ -220,16 +220,6 @@ def test_a_recording_that_memory_cannot_hold_is_refused_with_what_fits(scene, mo
         record_transport(scene, storage, render=lambda *_, **__: pytest.fail("it must not render"))
 
 
-def test_exact_transport_records_on_the_scalar_renderer_too(scene):
-    small = replace(
-        scene,
-        film=replace(scene.film, width=4, height=3, samples=2),
-        settings=replace(scene.settings, variant="scalar"),
-    )
-    transport = record_transport(small, ExactStorage(SpectralGrid.uniform(380, 780, 50)))
-    assert transport.channels.shape == (3, 27, 3, 4) and np.isfinite(transport.channels).all()
-
-
 def test_a_colored_light_is_as_bright_from_bands_as_it_was(scene):
     """A light's color dims it: what it is relit with is the same, not one of the luminance of white."""
     rendered = render_scene(replace(scene, settings=replace(scene.settings, transport="spectral"))).pixels
@@ -352,3 +342,17 @@ def test_commands_name_the_storages_that_there_are() -> None:
         storage_named("band31")
     with pytest.raises(InvalidInputError, match="none of dial"):
         storage_of_document("bands", list(np.linspace(390, 700, 31)))
+
+
+def test_the_smaller_picture_that_is_offered_fits(monkeypatch) -> None:
+    """The size in the message is the largest that memory holds, to a percent of its edge."""
+    import re
+
+    from spectral_core.render.relight import memory
+
+    monkeypatch.setattr(memory, "available_bytes", lambda: 12e9)
+    storage = BandStorage(121)
+    with pytest.raises(InvalidInputError, match="a picture of") as refused:
+        memory.require_memory(storage, (3840, 2160), 6)
+    width, height = map(int, re.findall(r"picture of (\d+)×(\d+)", str(refused.value))[0])
+    assert 0.97 * 12e9 < memory.peak_bytes(storage, width, height, 6) <= 12e9

@@ -77,7 +77,8 @@ class MidiLink:
         output: Any = None,
     ) -> None:  # fmt: skip
         """Open the ports. ``receive`` is ``Board.receive``; ``port`` and ``output`` are mido ports, or ``name`` says
-        which to open, None for the first. Raises SpectralError where there is no such device."""
+        which to open, None for the first. Raises SpectralError where there is no such device.
+        """
         self._receive, self._decoder = receive, Decoder()
         self._input, self._output = port, output
         self._name = ""

@@ -25,7 +25,8 @@ class Order:
 
     def held(self, wanted: Mapping[str, float], read: Callable[[str], float]) -> dict[str, float]:
         """What each wanted value becomes. Targets that do not move hold the others back; of two that do, the upper
-        one wins. ``read`` gives the present value of a target that does not move."""
+        one wins. ``read`` gives the present value of a target that does not move.
+        """
         result: dict[str, float] = {}
         # From the top down, so that each finds its upper neighbors settled.
         for target in sorted(wanted, key=lambda name: len(self._reached(name, upwards=True) & set(wanted))):

@@ -31,7 +31,8 @@ class OscLink:
         feedback: tuple[str, int] | None = None,
     ) -> None:  # fmt: skip
         """Listen. ``receive`` is ``Board.receive``; ``port`` 0 takes any free one; ``feedback``: where positions are
-        sent. Raises InvalidInputError for a port that there is not, SpectralError for one that is taken."""
+        sent. Raises InvalidInputError for a port that there is not, SpectralError for one that is taken.
+        """
         try:
             from pythonosc import udp_client
         except ImportError as error:

@@ -11,6 +11,7 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.explore.features.expression import as_column
+from spectral_core.files.whole import whole_file
 
 ENDINGS = (".png", ".svg", ".pdf")
 
@@ -49,7 +50,8 @@ def draw_matrix(path: Path, columns: Mapping[str, Sequence[Any]], names: Sequenc
                 plot.set_ylabel(upward, fontsize=7)
             if row == len(names) - 1:
                 plot.set_xlabel(across, fontsize=7)
-    figure.savefig(path)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished)
     return path
 
 
@@ -92,7 +94,8 @@ def draw_error_against_time(
                 bar.ax.tick_params(labelsize=6)
                 if texts:
                     bar.set_ticks(range(len(texts)), labels=texts)
-    figure.savefig(path)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished)
     return path
 
 

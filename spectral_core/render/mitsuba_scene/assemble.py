@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +18,8 @@ from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.scene import Color, Light, Note, Rays, Scene, World
 
+SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e12
+"""Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
 UNLIMITED_BOUNCES = 1024
 """Blender's own largest number: a light that counts for so many bounces counts for all."""
 
@@ -63,7 +65,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
         rules.add_shapes(placed, hidden_bits, unlit, clear)
     for number, group in enumerate(shapes.groups):  # a scene must hold what its instances show
         description[f"group_{number:06d}"] = group
-    sphere = _bounding_sphere(scene, parts)
+    sphere = _bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
     hidden = []
     for number, item in enumerate(scene.lights):
         for object_number, made in enumerate(light.light_objects(context, item, sphere)):
@@ -107,12 +109,27 @@ def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -
         rules.shadowless.append(emitter)
 
 
-def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh, every volume and the camera."""
+def size_note(radius: float) -> tuple[Note, ...]:
+    """A word on scenes that are too small or too large for 32-bit numbers, whatever their units."""
+    if SMALLEST_SCENE <= radius <= LARGEST_SCENE:
+        return ()
+    text = f"it is {2 * radius:.2g} units large, where 32-bit numbers no longer tell surfaces apart; scale it"
+    return (Note("Scene", text),)
+
+
+def scene_radius(scene: Scene) -> float:
+    """Radius of the sphere around everything that is placed, the camera among it."""
+    return _bounding_sphere(scene, {mesh.name: [mesh.positions] for mesh in scene.meshes if len(mesh.positions)})[1]
+
+
+def _bounding_sphere(
+    scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]]
+) -> tuple[NDArray[np.float64], float]:
+    """Center and radius around every placed mesh (its positions by name), every volume and the camera."""
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
-        for part in parts[instance.mesh].values():
-            low, high = part.positions.min(axis=0), part.positions.max(axis=0)
+        for part in positions.get(instance.mesh, ()):
+            low, high = part.min(axis=0), part.max(axis=0)
             corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
     for volume in scene.volumes:
@@ -120,4 +137,4 @@ def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -
         points.append(corners @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3])
     everything = np.concatenate(points)
     low, high = everything.min(axis=0), everything.max(axis=0)
-    return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
+    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2

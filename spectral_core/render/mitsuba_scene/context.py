@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from spectral_core.render.mitsuba_scene.plain import STAND_INS, stand_in
 from spectral_core.scene import Note
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -46,13 +45,4 @@ class Context:
         One thread and no merging of equal children: emitters keep their order and identity, so that equal seeds give
         equal paths.
         """
-        if self.mitsuba.variant().startswith("scalar"):
-            description = self._plain(description)
         return self.mitsuba.load_dict(description, parallel=False, optimize=False)
-
-    def _plain(self, description: dict[str, Any]) -> dict[str, Any]:
-        if description["type"] in STAND_INS:
-            self.note("Scalar renderer", STAND_INS[description["type"]])
-            return stand_in(self.mitsuba, description)
-        inner = {name: self._plain(part) for name, part in description.items() if isinstance(part, dict)}
-        return {**description, **inner}

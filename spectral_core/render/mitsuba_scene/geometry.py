@@ -85,7 +85,7 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
         arrays["vertex_normals"] = part.normals
     if part.uvs is not None:
         arrays["vertex_texcoords"] = part.uvs
-    for name, array in arrays.items():  # the scalar variants have other array types than mi.Float
+    for name, array in arrays.items():
         parameters[name] = type(parameters[name])(array.ravel())
     parameters.update()
     return mesh

@@ -19,9 +19,11 @@ from spectral_core.scene import (
     Glossy,
     ImageTexture,
     Material,
+    Mesh,
     MixedPaint,
     MixSurface,
     Principled,
+    Rays,
     Scene,
     SpectralImage,
     SunLight,
@@ -69,8 +71,8 @@ class Inventory:
 
 def take_inventory(scene: Scene) -> Inventory:
     """Walk over a scene."""
-    worn = {name for instance in scene.instances for name in instance.materials}
-    materials = [material for material in scene.materials if material.name in worn]
+    shown = _shown_materials(scene)
+    materials = [material for material in scene.materials if material.name in shown]
     which = lambda test: tuple(material.name for material in materials if test(material))  # noqa: E731
     spectral_lights = tuple(
         light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
@@ -94,6 +96,26 @@ def take_inventory(scene: Scene) -> Inventory:
         surfaces=len(scene.instances),
         largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),
     )
+
+
+def _shown_materials(scene: Scene) -> set[str]:
+    """Names of the materials that some face of some object shows to some ray."""
+    slots = {mesh.name: _used_slots(mesh) for mesh in scene.meshes}
+    shown: set[str] = set()
+    for instance in scene.instances:
+        if not instance.materials or instance.hidden_from == Rays.ALL:
+            continue
+        last = len(instance.materials) - 1
+        # Blender shows the last slot where an index has none
+        shown.update(instance.materials[min(slot, last)] for slot in slots[instance.mesh])
+    return shown
+
+
+def _used_slots(mesh: Mesh) -> tuple[int, ...]:
+    """Material slots that faces of a mesh wear."""
+    if mesh.material_indices is None:
+        return (0,) if len(mesh.triangles) else ()
+    return tuple(int(slot) for slot in np.flatnonzero(np.bincount(mesh.material_indices)))
 
 
 def closures_of(surface: Surface | None) -> Iterator[Any]:

@@ -14,7 +14,7 @@ _registered: set[str] = set()
 
 def opaque_number(mi: Any, dr: Any, value: float) -> Any:
     """A number that kernels read instead of knowing, so that another value needs no new kernel."""
-    return float(value) if mi.variant().startswith("scalar") else dr.opaque(mi.Float, float(value))
+    return dr.opaque(mi.Float, float(value))
 
 
 def register(variant: str) -> None:

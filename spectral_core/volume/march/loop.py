@@ -82,7 +82,11 @@ def march(
     counts : bool
         Also count the steps that showed something, and all iterations.
     shade
-        Turns what each step shows into light; it starts from ``light`` and draws from ``sampler``.
+        Turns what each step shows into light.
+    light
+        What ``shade`` starts from.
+    sampler
+        Where ``shade`` draws random numbers from.
     """
     import drjit as dr
 
