@@ -207,12 +207,12 @@ def under_flat_light(scene: Scene) -> Scene:
 
 
 def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with the lights of each named group wearing that spectrum: what a relit picture is compared with."""
+    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
 
-    def worn(item: Any) -> Any:
+    def lit(item: Any) -> Any:
         return replace(item, color=spectra[item.group]) if item.group in spectra else item
 
-    return replace(scene, lights=tuple(worn(light) for light in scene.lights), world=worn(scene.world))
+    return replace(scene, lights=tuple(lit(light) for light in scene.lights), world=lit(scene.world))
 
 
 def _colorless(paint: Any) -> Any:
@@ -252,8 +252,8 @@ def _glowing_materials(scene: Scene) -> set[str]:
 
 def _glowing_paints(scene: Scene, group: str) -> list[Any]:
     """What the glowing objects of a group shine with."""
-    worn = {name for instance in scene.instances if instance.group == group for name in instance.materials}
-    return [paint for material in scene.materials if material.name in worn for paint in _emitted(material)]
+    assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
+    return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]
 
 
 def _emitted(material: Material) -> list[Any]:
