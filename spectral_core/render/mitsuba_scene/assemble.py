@@ -19,7 +19,7 @@ from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.programs import SceneTables
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 
-SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e12
+SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
 UNLIMITED_BOUNCES = 1024
 """Blender's own largest number: a light that counts for so many bounces counts for all."""
@@ -129,7 +129,7 @@ def size_note(radius: float) -> tuple[Note, ...]:
     """A word on scenes that are too small or too large for 32-bit numbers, whatever their units."""
     if SMALLEST_SCENE <= radius <= LARGEST_SCENE:
         return ()
-    text = f"it is {2 * radius:.2g} units large, where 32-bit numbers no longer tell surfaces apart; scale it"
+    text = f"it is {2 * radius:.2g} units across, where 32-bit numbers no longer tell near surfaces apart; scale it"
     return (Note("Scene", text),)
 
 
