@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Very small and very large scenes in units of their own: Mitsuba's rays start 1e-4 of a unit off their surface."""
+"""Very small scenes in units of their own: Mitsuba's rays start 1e-4 of a unit off their surface, or more far out."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Camera, Falloff, Light, Material, Scene, SunLight
 
-SMALLEST_RADIUS, LARGEST_RADIUS = 0.05, 1e5
-"""Radius of scenes that are rendered in their own units."""
+SMALLEST_RADIUS = 0.05
+"""Radius of scenes below which they are rendered in units of their own. Large ones are not: a single object far out
+would shrink all others to nothing, and rays start farther off where coordinates are large."""
 
 
 def in_working_units(scene: Scene, radius: float) -> Scene:
-    """The scene scaled to a radius of 1 where it is so small or large that 32-bit rays would miss; light is the same.
+    """The scene scaled to a radius of 1 where it is so small that rays would start beyond it; light is the same.
 
     Sampled volumes state extinction per unit of their own, so a scene with volumes keeps its size.
     """
-    if SMALLEST_RADIUS <= radius <= LARGEST_RADIUS or scene.volumes or not radius > 0:
+    if radius >= SMALLEST_RADIUS or scene.volumes or not radius > 0:
         return scene
     factor = 1.0 / radius
     return replace(
