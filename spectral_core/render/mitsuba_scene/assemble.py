@@ -16,7 +16,8 @@ from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
-from spectral_core.scene import Color, Light, Note, Rays, Scene, World
+from spectral_core.render.plugins.programs import SceneTables
+from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
@@ -54,6 +55,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
+    look_through(context.tables, scene.camera, scene.film)
     shapes = Shapes(context, scene, parts)
     rules, bits = RayRules(), _link_bits(context, scene)
     for number, instance in enumerate(scene.instances):
@@ -107,6 +109,20 @@ def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -
         rules.links.append((emitter, bit.bit_length() - 1))
     if not isinstance(item, World) and not item.casts_shadow:
         rules.shadowless.append(emitter)
+
+
+def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
+    """Let shading programs know the camera: its space has +z forward, as Cycles'."""
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    # of a camera that collapses space any inverse serves: it is refused when its rays are made
+    tables.camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
+    width, height = float(film.width), float(film.height) * film.pixel_aspect
+    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
+    perspective = camera.kind == "perspective"
+    size = 2 * float(np.tan(camera.field_of_view_rad / 2)) if perspective else float(camera.orthographic_scale)
+    share_x, share_y = width / side, height / side
+    shift = camera.shift[0] / share_x, camera.shift[1] / share_y
+    tables.window = (size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0)
 
 
 def size_note(radius: float) -> tuple[Note, ...]:

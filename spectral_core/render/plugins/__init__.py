@@ -24,8 +24,18 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins import bsdfs, emitters, environment, glass, matt, rough, spectral_image, textures
+    from spectral_core.render.plugins import (
+        bent,
+        bsdfs,
+        emitters,
+        environment,
+        glass,
+        matt,
+        rough,
+        spectral_image,
+        textures,
+    )
 
-    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass):
+    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass, bent):
         module.register(mitsuba, drjit)
     _registered.add(variant)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
@@ -18,18 +18,19 @@ from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.render.still import RenderResult, render_scene
 from spectral_core.scene import (
-    AddSurface,
     Color,
     Emission,
     Light,
     Material,
-    MixSurface,
     Principled,
     Scene,
     Surface,
     gray,
+    leaves,
+    map_leaves,
     scene_hash,
 )
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
@@ -221,14 +222,15 @@ def _colorless(paint: Any) -> Any:
 
 
 def _colorless_surface(surface: Surface) -> Surface:
-    if isinstance(surface, Emission):
-        return replace(surface, color=_colorless(surface.color))
-    if isinstance(surface, Principled):
-        return replace(surface, emission_color=_colorless(surface.emission_color))
-    if isinstance(surface, (MixSurface, AddSurface)):
-        first, second = _colorless_surface(surface.first), _colorless_surface(surface.second)
-        return replace(surface, first=first, second=second)
-    return surface
+    return map_leaves(surface, _colorless_closure)
+
+
+def _colorless_closure(closure: Closure) -> Closure:
+    if isinstance(closure, Emission):
+        return replace(closure, color=_colorless(closure.color))
+    if isinstance(closure, Principled):
+        return replace(closure, emission_color=_colorless(closure.emission_color))
+    return closure
 
 
 def _group_light(scene: Scene, group: str) -> Spectrum | None:
@@ -257,14 +259,10 @@ def _glowing_paints(scene: Scene, group: str) -> list[Any]:
 
 
 def _emitted(material: Material) -> list[Any]:
-    pending: Sequence[Surface | None] = [material.surface]
     found: list[Any] = []
-    while pending:
-        surface, *pending = pending
-        if isinstance(surface, Emission):
-            found.append(surface.color)
-        if isinstance(surface, Principled) and surface.emission_strength != 0:
-            found.append(surface.emission_color)
-        if isinstance(surface, (MixSurface, AddSurface)):
-            pending = [*pending, surface.first, surface.second]
+    for closure in leaves(material.surface):
+        if isinstance(closure, Emission):
+            found.append(closure.color)
+        if isinstance(closure, Principled) and closure.emission_strength != 0:
+            found.append(closure.emission_color)
     return found
