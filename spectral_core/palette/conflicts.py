@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembled, Side
+from spectral_core.palette.assemble.side import Assembled
+from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.arrow import CAP, Factors, median_weight, squared
