@@ -99,7 +99,11 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
     # A reference that is no better than what it judges judges nothing.
     judged = [row for row in rows if row["reference_db"] > row["measured_db"] + 6.0]
     off = np.array([row["stated_db"] - row["measured_db"] for row in judged])
-    over = {key: np.array([row[key] for row in judged]) for key in ("samples", "time", "time_fixed")}
+    over = {key: np.array([row[key] for row in judged]) for key in ("time", "time_fixed")}
+    # Where uniform steps never reach it there is nothing to be over, and no share of samples.
+    matched = [row for row in judged if row["uniform_reaches"]]
+    over["samples"] = np.array([row["samples"] for row in matched])
+    worst_time = max(row["time"] for row in matched)
     figures: dict[str, Any] = {
         "cases": len(rows),
         "judged": len(judged),
@@ -111,12 +115,13 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
     for key, values in over.items():
         figures |= {f"{key}_median": float(np.median(values)), f"{key}_worst": float(values.max())}
+    figures["time_worst_where_uniform_reaches"] = worst_time
     figures["holds"] = {
         "issue 11, 6: stated within 3 dB in 95 %, never optimistic by more than 6": bool(
             figures["stated_within_3_db_percent"] >= 95 and off.max() <= 6
         ),
         "issue 11, 6: no case over uniform in samples or time": bool(
-            over["samples"].max() <= 1.0 and over["time"].max() <= NOISE
+            over["samples"].max() <= 1.0 and worst_time <= NOISE
         ),
         "issue 11, 6: time median at most 0.6 of uniform": bool(np.median(over["time"]) <= 0.6),
         "issue 11, 6: time median at most 0.8 of the best fixed way": bool(np.median(over["time_fixed"]) <= 0.8),

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembled, Assembler, Side
+from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.design.fast_lights import PlainPalette
 from spectral_core.palette.design.rounds import Budget, Rounds
