@@ -70,13 +70,11 @@ def register(mi: Any, dr: Any) -> None:
             return mi.Vector3f(x, y, direction.z)
 
         def stretch(self, si: Any, active: Any) -> Any:
-            """Factors on alpha along and across the lobe's direction (Cycles' Glossy BSDF)."""
+            """Factors on alpha along and across the lobe's direction (Cycles' Principled and Metallic BSDF)."""
             if self.anisotropy is None:
                 return None
-            amount = dr.clip(self.anisotropy.eval_1(si, active), -0.99, 0.99)
-            return dr.select(amount < 0.0, dr.rcp(1.0 + amount), 1.0 - amount), dr.select(
-                amount < 0.0, 1.0 + amount, dr.rcp(1.0 - amount)
-            )
+            aspect = dr.sqrt(1.0 - 0.9 * dr.clip(self.anisotropy.eval_1(si, active), 0.0, 1.0))
+            return dr.rcp(aspect), aspect
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             axes = self.lobe_axes(si, active)
@@ -116,6 +114,15 @@ def register(mi: Any, dr: Any) -> None:
             self.color, self.roughness = properties["color"], properties["roughness"]
             self.edge_tint = properties.get("edge_tint", None)
             self.kind = str(properties.get("distribution", "ggx"))
+
+        def stretch(self, si: Any, active: Any) -> Any:
+            """Cycles' Glossy BSDF counts anisotropy in another way than its metals do, and from -1 to 1."""
+            if self.anisotropy is None or self.edge_tint is not None:
+                return super().stretch(si, active)
+            amount = dr.clip(self.anisotropy.eval_1(si, active), -0.99, 0.99)
+            return dr.select(amount < 0.0, dr.rcp(1.0 + amount), 1.0 - amount), dr.select(
+                amount < 0.0, 1.0 + amount, dr.rcp(1.0 - amount)
+            )
 
         def facets(self, si: Any, active: Any) -> Any:
             return Microfacets(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active), self.kind)
@@ -157,13 +164,6 @@ def register(mi: Any, dr: Any) -> None:
             self.diffuse_roughness = properties.get("diffuse_roughness", None)
             self.specular_albedo = self.layer_albedo(ior, self.keeps_energy)
             self.coat_albedo = self.layer_albedo(coat_ior, True)
-
-        def stretch(self, si: Any, active: Any) -> Any:
-            """Factors on alpha along and across the lobe's direction (Cycles' Principled BSDF)."""
-            if self.anisotropy is None:
-                return None
-            aspect = dr.sqrt(1.0 - 0.9 * dr.clip(self.anisotropy.eval_1(si, active), 0.0, 1.0))
-            return dr.rcp(aspect), aspect
 
         def layer_albedo(self, ior: float, keeps_energy: bool) -> Any:
             """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""
