@@ -76,7 +76,7 @@ def _pictures(side: int) -> list[Writer]:
     from spectral_core.palette.texture.reach import TEXTURE_GRID
     from spectral_core.palette.texture.texture import SpectralTexture
     from spectral_core.render.relight.page import write_page
-    from spectral_core.render.relight.storage import Storage
+    from spectral_core.render.relight.storage import MixtureStorage
     from spectral_core.render.relight.transport import Transport
     from spectral_core.render.relight.transport_file import write_transport
     from spectral_core.spectra import catalogue
@@ -86,7 +86,7 @@ def _pictures(side: int) -> list[Writer]:
     lights = (catalogue.illuminant("D65"), catalogue.illuminant("A"))
     transports = [
         Transport(
-            Storage.dial(),
+            MixtureStorage(),
             ("a", "b"),
             rng.random((2, 3, side, side)).astype(np.float32),
             np.ones((side, side), np.float32),

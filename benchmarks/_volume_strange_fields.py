@@ -112,7 +112,8 @@ def functions(volume: ScalarVolume) -> Iterator[tuple[str, TransferFunction]]:
     # Five shells evenly spaced in the logarithm of the distance from the least value.
     first = max(float(values[values > low][0]) - low, 1e-6 * span)
     decades = low + np.geomspace(max(first, 1e-5 * span), 0.8 * span, 5)
-    shells = (low + np.outer(decades - low, [0.85, 1, 1.15])).ravel()
+    half = 0.3 * min(0.5, 1 - (decades[0] - low) / (decades[1] - low))  # shells never overlap
+    shells = (low + np.outer(decades - low, [1 - half, 1, 1 + half])).ravel()
     yield (
         "log",
         TransferFunction((material(0, shells, np.tile([0, 0.8, 0], 5)), material(1, places(0.9, 1.0), [0, 0.5]))),

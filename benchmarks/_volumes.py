@@ -123,6 +123,6 @@ class Curve:
         best = np.maximum.accumulate(table[:, 1]) + 1e-9 * np.arange(len(table))
         scale, samples, steps = (
             float(np.exp(np.interp(target_db, best, column)))
-            for column in (table[:, 0], np.log(table[:, 2]), np.log(table[:, 3]))
+            for column in (table[:, 0], np.log(np.maximum(table[:, 2], 1)), np.log(np.maximum(table[:, 3], 1)))
         )
         return {"samples": samples, "steps": steps, "scale": scale, "reached": float(best[-1])}

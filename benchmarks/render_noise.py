@@ -13,11 +13,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from spectral_core.render.trace.scalar_sums import ScalarSums
 
 from benchmarks import Options
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import plan_effects
-from spectral_core.render.trace.scalar_sums import ScalarSums
 from spectral_core.render.trace.wavelengths import plan_wavelengths
 from spectral_core.scene import (
     AreaLight,

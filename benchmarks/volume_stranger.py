@@ -28,12 +28,13 @@ from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 UNIFORM = (Stepping("uniform", "midpoint", 0.3), Stepping("uniform", "preintegrated", 0.3))
+FINEST = 0.01  # voxels, the shortest step
 NOISE = 1.03  # of a ratio of processor times
 
 
 def run(options: Options) -> dict[str, Any]:
     rows = []
-    size, pixels = (24, 64) if options.quick else (48, 128)
+    size, pixels = (24, 64) if options.quick else (48, 160)
     for number, volume in enumerate(fields(size)):
         if options.extra and volume.name not in options.extra:
             continue
@@ -66,27 +67,31 @@ def judge(
     print(
         f"{volume.name:11}{function:9}{target:.0f} dB  {made.stepping.rule:8} {made.stepping.quadrature:14}"
         f" stated {made.estimate_db:5.1f}, measured {measured:5.1f} (reference {own:.0f})"
-        + "".join(f"  {key} {row[key]:.2f}" for key in ("samples", "time", "time_fixed") if key in row),
+        + "".join(f"  {key} {row[key]:.2f}" for key in ("samples", "time", "time_fixed")),
         flush=True,
     )
     return row
 
 
 def costs(curve: Curve, chosen: Stepping, reached: float) -> dict[str, float]:
-    """Samples and time of ``chosen`` over fixed steps that reach the same SNR; nothing where these never do."""
+    """Samples and time of ``chosen`` over fixed steps of the same SNR; the finest where these never reach it."""
     if chosen == replace(UNIFORM[0], scale=chosen.scale):
-        return {"samples": 1.0, "time": 1.0, "time_fixed": 1.0}
+        return {"samples": 1.0, "time": 1.0, "time_fixed": 1.0, "uniform_reaches": 1.0}
     found = [curve.at(way, reached) for way in UNIFORM]
-    ways = [replace(way, scale=at["scale"]) for way, at in zip(UNIFORM, found, strict=True)]
     able = [at["reached"] >= reached - 0.5 for at in found]
+    # A way that never reaches it costs more than its finest march, whose time stands for it.
+    ways = [
+        replace(way, scale=at["scale"] if can else FINEST) for way, at, can in zip(UNIFORM, found, able, strict=True)
+    ]
     samples, times = curve.point(chosen)[1], interleaved(curve.renderer, curve.view, curve.transfer, [chosen, *ways])
-    figures = {}
-    if able[0]:
-        figures |= {"samples": samples / max(found[0]["samples"], 1.0), "time": times[0] / times[1]}
-    if any(able):
-        best = min(time for time, can in zip(times[1:], able, strict=True) if can)
-        figures["time_fixed"] = 1.0 if chosen.rule == "uniform" else times[0] / best
-    return figures
+    best = min((t for t, can in zip(times[1:], able, strict=True) if can), default=min(times[1:]))
+    return {
+        # Steps that miss everything show no samples: there is no share of these.
+        "samples": samples / max(found[0]["samples"], 1.0) if able[0] else 0.0,
+        "time": times[0] / times[1],
+        "time_fixed": 1.0 if chosen.rule == "uniform" and any(able) else times[0] / best,
+        "uniform_reaches": float(able[0]),
+    }
 
 
 def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -94,24 +99,29 @@ def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
     # A reference that is no better than what it judges judges nothing.
     judged = [row for row in rows if row["reference_db"] > row["measured_db"] + 6.0]
     off = np.array([row["stated_db"] - row["measured_db"] for row in judged])
-    over = {key: np.array([row[key] for row in rows if key in row]) for key in ("samples", "time", "time_fixed")}
+    over = {key: np.array([row[key] for row in judged]) for key in ("time", "time_fixed")}
+    # Where uniform steps never reach it there is nothing to be over, and no share of samples.
+    matched = [row for row in judged if row["uniform_reaches"]]
+    over["samples"] = np.array([row["samples"] for row in matched])
+    worst_time = max(row["time"] for row in matched)
     figures: dict[str, Any] = {
         "cases": len(rows),
         "judged": len(judged),
         "stated_within_3_db_percent": float(100 * np.mean(np.abs(off) <= 3)),
         "most_optimistic_db": float(off.max()),
         "not_reached_and_not_said": sum(row["reached"] and row["measured_db"] < row["db"] - 6 for row in judged),
-        "fixed_steps_never_reach_it": sum("time" not in row for row in rows),
+        "uniform_never_reaches_it": sum(not row["uniform_reaches"] for row in judged),
         "plan_in_frames_median": float(np.median([row["plan_frames"] for row in rows])),
     }
     for key, values in over.items():
         figures |= {f"{key}_median": float(np.median(values)), f"{key}_worst": float(values.max())}
+    figures["time_worst_where_uniform_reaches"] = worst_time
     figures["holds"] = {
         "issue 11, 6: stated within 3 dB in 95 %, never optimistic by more than 6": bool(
             figures["stated_within_3_db_percent"] >= 95 and off.max() <= 6
         ),
         "issue 11, 6: no case over uniform in samples or time": bool(
-            over["samples"].max() <= 1.0 and over["time"].max() <= NOISE
+            over["samples"].max() <= 1.0 and worst_time <= NOISE
         ),
         "issue 11, 6: time median at most 0.6 of uniform": bool(np.median(over["time"]) <= 0.6),
         "issue 11, 6: time median at most 0.8 of the best fixed way": bool(np.median(over["time_fixed"]) <= 0.8),

@@ -70,7 +70,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self._fail(frame, layer, str(error))
         except Exception as error:
             traceback.print_exc()
-            self._fail(frame, layer, f"the render stopped on an error of ours ({type(error).__name__}: {error})")
+            self._fail(frame, layer, f"the render failed unexpectedly ({type(error).__name__}: {error})")
 
     def _render(self, depsgraph: Any) -> RenderResult:
         """Translate once, render each view (one, but for stereo); returns the last view's result."""

@@ -30,7 +30,7 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
         "--set", dest="overrides", action="append", default=[], metavar="EFFECT=VALUE",
         help="a decision of the plan to take over, e.g. bounces=4; `spectral-scene plan` lists them",
     )  # fmt: skip
-    parser.add_argument("--variant", choices=["llvm", "cuda", "scalar"], help="what traces: default the best there is")
+    parser.add_argument("--variant", choices=["llvm", "cuda"], help="what traces: default the best there is")
 
 
 def open_scene(arguments: argparse.Namespace) -> Any:

@@ -134,10 +134,18 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
 def command_line(document: Path, folder: Path, workers: int) -> list[str]:
     """The command that runs a sweep with the Blender that this is."""
     words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers)]
-    if bpy.app.binary_path:
-        return [bpy.app.binary_path, "-b", "--command", "spectral", *words]
-    package = __package__.partition(".")[0]
-    return [sys.executable, "-m", package, *words]
+    package = __package__.rpartition(".")[0]
+    if not bpy.app.binary_path:
+        return [sys.executable, "-m", package, *words]
+    # in the new process the extension may be disabled, or not be installed at all where it runs from its sources
+    code = (
+        "import importlib, os, sys; "
+        f"sys.path[:] = {[str(Path(entry).absolute()) for entry in sys.path]!r}; import bpy; "
+        f"hasattr(bpy.types.Scene, 'spectral') or importlib.import_module({package!r}).register(); "
+        f"status = importlib.import_module({package + '.commands'!r}).main({words!r}); sys.stdout.flush(); "
+        "os._exit(status)"
+    )
+    return [bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr", code]
 
 
 def start(scene: Scene) -> Run:

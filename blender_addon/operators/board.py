@@ -48,7 +48,7 @@ class SPECTRAL_OT_board_start(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_stop(bpy.types.Operator):
-    """Let go of the faders; what they moved is one undo step"""
+    """Stop listening to the faders; what they moved is one undo step"""
 
     bl_idname = "spectral.board_stop"
     bl_label = "Stop Board"

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
-from bpy.types import Context, PropertyGroup
+from bpy.types import ID, Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, live
 from ..editing.dial.members import apply_weights
-from ..translate.spectra.stored import store_spectrum
+from ..translate.spectra.stored import require_editable, store_spectrum
 from .common import UNDOABLE, reporting
 from .dial import dial_in
 
@@ -56,7 +56,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
 
 
 def _require_lamps(dial: PropertyGroup) -> None:
-    """A lamp that stands in for lights' own spectra must have somewhere to go, before anything is written."""
+    """Check, before anything is written, that the lamp of a bulb can be given to the lights behind it."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
@@ -64,12 +64,19 @@ def _require_lamps(dial: PropertyGroup) -> None:
                     f"{kept.owner.name!r} is a glowing object, which cannot be given the lamp {bulb.lamp!r} by itself; "
                     "give it to its Emission node, or empty the bulb's lamp"
                 )
+            if bulb.lamp and kept.owner is not None:
+                require_editable(_carrier(kept))
+
+
+def _carrier(kept: PropertyGroup) -> ID:
+    """The light or world that carries the spectrum of a member."""
+    return kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
 
 
 def _apply_lamps(dial: PropertyGroup) -> None:
     for bulb in dial.bulbs:
         for kept in bulb.members if bulb.lamp else ():
-            carrier = kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
+            carrier = _carrier(kept)
             carrier.spectral.source = "CATALOGUE"
             carrier.spectral.catalogue_name = bulb.lamp
 

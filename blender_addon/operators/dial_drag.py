@@ -204,7 +204,7 @@ class SPECTRAL_OT_dial_stop(bpy.types.Operator):
     """Leave the mouse to Blender again"""
 
     bl_idname = "spectral.dial_stop"
-    bl_label = "Let Go of the Dial"
+    bl_label = "Stop Turning the Dial"
     bl_options: set[str] = set()
 
     def execute(self, _context: Context) -> set[str]:
@@ -221,6 +221,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Let go of the mouse, and take the operators away."""
+    """Release the mouse, and take the operators away."""
     running.clear()
     _unregister()

@@ -90,7 +90,7 @@ def _create_materials(palette: PropertyGroup) -> None:
 
 
 class SPECTRAL_OT_palette_mend(bpy.types.Operator):
-    """Follow new names, find what was deleted and made again, make linked data local, and let go of what is gone"""
+    """Follow new names, find what was deleted and made again, make linked data local, and forget what is gone"""
 
     bl_idname = "spectral.palette_mend"
     bl_label = "Mend Table"

@@ -91,7 +91,7 @@ class SPECTRAL_OT_palette_relieve(bpy.types.Operator):
     """Stop caring about one cell, and solve again"""
 
     bl_idname = "spectral.palette_relieve"
-    bl_label = "Let Go of Cell"
+    bl_label = "Ignore Cell"
     bl_options = UNDOABLE
     row: IntProperty(min=0)
     column: IntProperty(min=0)

@@ -11,6 +11,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from spectral_core.errors import InvalidInputError
 
 from ..translate.palette.apply import store_result
+from ..translate.spectra.stored import require_editable
 from ..translate.volume_looks import curves as stored
 from ..translate.volume_looks import transfer as volume_transfer
 from .common import UNDOABLE, chosen_path, palette_in, reporting
@@ -131,6 +132,7 @@ class SPECTRAL_OT_volume_material_add(_OnVolume, bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         data = shown_volume(context)
+        require_editable(data)
         stored.add_material(data, "Material")
         data.spectral.enabled = True
 

@@ -135,7 +135,7 @@ def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conf
         show.row, show.column = rows[conflict.material_uid], columns[conflict.light_uid]
     if conflict.relief_light_uid in columns and conflict.relief_material_uid in rows:
         row, column = rows[conflict.relief_material_uid], columns[conflict.relief_light_uid]
-        name = f"Let go of {palette.materials[row].name}, {palette.lights[column].name}"
+        name = f"Ignore {palette.materials[row].name}, {palette.lights[column].name}"
         relieve = box.operator("spectral.palette_relieve", text=name)
         relieve.row, relieve.column = row, column
 

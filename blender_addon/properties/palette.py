@@ -59,7 +59,7 @@ PALETTE_FIELDS = by_name(
         ],
     ),
     Field(
-        "rounds", IntProperty, "rounds", name="Rounds", default=20, min=1, soft_max=200, max=10_000,
+        "rounds", IntProperty, "rounds", name="Rounds", default=1000, min=1, soft_max=1000, max=10_000,
         description="How often materials and lights are designed in turn, at most",
     ),
     Field(

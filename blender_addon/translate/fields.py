@@ -1,132 +1,109 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a node tree's socket evaluates to, before it is taken as a color or as a number, and arithmetic on it.
-
-A field is a number, a color (3,), an image, a spectrum, or two of them mixed. Arithmetic on an image is done on its
-pixels, so that what an artist built from math nodes reaches the renderer exactly.
-"""
+"""What a node tree's socket evaluates to: a result of the material's program, a spectrum, or two of them mixed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.scene.shading import Builder, Program
 from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import LUMINANCE_FROM_RGB, linear_rgb_from_xyz
+from spectral_core.spectra.color import linear_rgb_from_xyz
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
-from .images import linear_pixels, with_pixels
+from .images import linear_pixels
 
 Array = NDArray[Any]
-LUMINANCE = LUMINANCE_FROM_RGB
-"""Of linear sRGB (IEC 61966-2-1): what Blender takes where a color meets a number socket."""
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """A result of a program under construction. ``kind``: of the socket, ``"VALUE"``, ``"RGBA"`` or ``"VECTOR"``."""
+
+    builder: Builder
+    register: int
+    kind: str
+
+    @property
+    def constant(self) -> Array | None:
+        """(1,) or (3,) where it does not vary, else None."""
+        return self.builder.constant(self.register)
+
+    def as_width(self, width: int) -> int:
+        """Its register as a number or as three; of colors the luminance, of vectors the mean, as in Blender."""
+        return self.builder.as_width(self.register, width, is_color=self.kind != "VECTOR")
+
+    def program(self, width: int) -> Program:
+        """What computes it."""
+        return self.builder.program(self.as_width(width))
 
 
 @dataclass(frozen=True, eq=False)
 class Mixed:
-    """Two fields mixed by a number or an image."""
+    """Two fields mixed by a number that may vary; ``builder``: of the program that the number belongs to."""
 
-    factor: Scalar
+    factor: Value
     first: Field
     second: Field
 
 
-Field = float | Array | ImageTexture | Spectrum | Mixed
+Field = Value | Spectrum | Mixed
 
 
 def paint_of(field: Field) -> Paint:
     """The field as a color."""
     if isinstance(field, Mixed):
-        return MixedPaint(field.factor, paint_of(field.first), paint_of(field.second))
+        return MixedPaint(scalar_of(field.factor), paint_of(field.first), paint_of(field.second))
     if isinstance(field, Spectrum):
         return field
-    if isinstance(field, ImageTexture):
-        return field if field.color_space != "raw" else _retagged(field)
-    return Color(np.broadcast_to(np.asarray(field, dtype=np.float64), (3,)))
+    if field.constant is not None:
+        return Color(np.broadcast_to(field.constant, (3,)))
+    return Computed(field.program(3))
 
 
 def scalar_of(field: Field) -> Scalar:
-    """The field as a number: of colors their luminance, of two mixed images their mix where they lie alike."""
-    if isinstance(field, Mixed):
-        parts = [scalar_of(field.factor), scalar_of(field.first), scalar_of(field.second)]
-        mixed = combine(lambda f, a, b: (1 - f) * a + f * b, parts)
-        return scalar_of(mixed)
-    if isinstance(field, Spectrum):
-        return float(LUMINANCE @ mean_color(field))
-    if isinstance(field, ImageTexture):
-        pixels = linear_pixels(field)
-        if pixels.shape[2] == 1:
-            return field if field.color_space != "srgb" else with_pixels(field, pixels, field.name)
-        return with_pixels(field, pixels @ LUMINANCE[:, None].astype(np.float32), f"{field.name} (gray)")
-    values = np.asarray(field, dtype=np.float64)
-    return float(values) if values.ndim == 0 else float(LUMINANCE @ values)
+    """The field as a number."""
+    value = value_of(field)
+    constant = value.builder.constant(value.as_width(1))
+    return Computed(value.program(1)) if constant is None else float(constant[0])
 
 
-def combine(function: Callable[..., Any], fields: Sequence[Field]) -> Field:
-    """``function`` of fields, elementwise over the colors (..., 3) or numbers (..., 1) that they hold.
-
-    Images that do not lie alike on the mesh as the first one (other size or mapping) take part with their mean.
-    """
-    fields = [_mean_of_mixed(field) for field in fields]
-    base = next((field for field in fields if isinstance(field, ImageTexture)), None)
-    if base is None:
-        constants = [np.atleast_1d(_constant(field)) for field in fields]
-        result = np.asarray(function(*constants), dtype=np.float64)
-        return float(result[0]) if result.shape == (1,) else result
-    operands = [
-        linear_pixels(f) if isinstance(f, ImageTexture) and _alike(f, base) else np.atleast_1d(_constant(f))
-        for f in fields
-    ]
-    result = np.asarray(function(*operands), dtype=np.float32)
-    finite = np.where(np.isfinite(result), result, np.float32(0))
-    return with_pixels(base, np.broadcast_to(finite, (*base.pixels.shape[:2], result.shape[-1])), base.name)
-
-
-def gray_of(field: Field) -> Field:
-    """The field as a socket for numbers takes it: of colors their luminance."""
-    return combine(lambda v: v if v.shape[-1] == 1 else (v @ LUMINANCE)[..., None], [field])
-
-
-def needs_mean(fields: Sequence[Field]) -> bool:
-    """Whether combine() would take a mean where the artist has a picture."""
-    images = [field for field in fields if isinstance(field, ImageTexture)]
-    mixed = any(isinstance(field, Mixed) and not isinstance(_mean_of_mixed(field), ImageTexture) for field in fields)
-    return mixed or any(not _alike(image, images[0]) for image in images)
-
-
-def _mean_of_mixed(field: Field) -> Field:
-    if not isinstance(field, Mixed):
+def value_of(field: Field, builder: Builder | None = None) -> Value:
+    """The field as a result of a program; a spectrum takes part with its color."""
+    if isinstance(field, Value):
         return field
-    return combine(lambda f, a, b: (1 - f) * a + f * b, [field.factor, field.first, field.second])
+    if isinstance(field, Spectrum):
+        builder = builder or Builder()
+        return Value(builder, builder.number(color_of_spectrum(field)), "RGBA")
+    builder = field.factor.builder
+    first, second = (value_of(part, builder) for part in (field.first, field.second))
+    factor = field.factor.as_width(1)
+    register = builder.add("mix_vector", (factor, first.as_width(3), second.as_width(3)))
+    return Value(builder, register, "RGBA")
 
 
-def _alike(field: Field, base: ImageTexture) -> bool:
-    return isinstance(field, ImageTexture) and (
-        field.pixels.shape[:2] == base.pixels.shape[:2]
-        and np.array_equal(field.uv_from_mesh_uv, base.uv_from_mesh_uv)
-        and field.extension == base.extension
-    )
-
-
-def _constant(field: Field) -> Array:
-    if isinstance(field, (float, int)):
-        return np.asarray(float(field))
-    return mean_color(field)
-
-
-def mean_color(field: Field) -> Array:
-    """Mean color (3,) or number (1,) of a field, linear sRGB."""
+def mean_color(field: Field | Paint | Scalar | Array) -> Array:
+    """Mean color (3,) or number (1,), linear sRGB."""
     if isinstance(field, ImageTexture):
         return np.asarray(linear_pixels(field).mean(axis=(0, 1), dtype=np.float64))
     if isinstance(field, Spectrum):
         return color_of_spectrum(field)
-    if isinstance(field, Mixed):
-        return mean_color(_mean_of_mixed(field))
+    if isinstance(field, Color):
+        return np.asarray(field.linear_rgb)
+    if isinstance(field, Computed):
+        return field.typical
+    if isinstance(field, MixedPaint):
+        share = mean_color(field.factor)
+        return np.asarray((1 - share) * mean_color(field.first) + share * mean_color(field.second))
+    if isinstance(field, (Value, Mixed)):
+        value = value_of(field)
+        constant = value.constant
+        return constant if constant is not None else Computed(value.builder.program(value.register)).typical
     return np.atleast_1d(np.asarray(field, dtype=np.float64))
 
 
@@ -135,8 +112,3 @@ def color_of_spectrum(spectrum: Spectrum) -> Array:
     light, surface = (spectrum, None) if isinstance(spectrum, Illuminant) else (illuminant("D65"), spectrum)
     white = xyz_of(light)[1]
     return np.asarray(linear_rgb_from_xyz(xyz_of(light, surface) / white)) if white > 0 else np.zeros(3)
-
-
-def _retagged(field: ImageTexture) -> ImageTexture:
-    """Numbers used as a color are linear RGB."""
-    return replace(field, color_space="linear")

@@ -23,6 +23,7 @@ EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
     "CLIP": "clip",
     "MIRROR": "mirror",
 }
+INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
 NUMBER_SPACES = ("Non-Color", "Raw")
 
@@ -37,19 +38,20 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     if image is None:
         translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
         return None
-    texture = read_image(translation, image, channel, alpha_is_read=_alpha_is_read(node))
-    if node.interpolation in ("Cubic", "Smart"):
-        translation.note(owner, f"{node.name!r}: cubic filtering of its image is rendered as linear")
+    texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
     if texture is None:
         return None
-    nearest = node.interpolation == "Closest"
     extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
-    if (texture.extension, texture.interpolation == "nearest") == (extension, nearest):
+    interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
+    if (texture.extension, texture.interpolation) == (extension, interpolation):
         return texture
-    return replace(texture, extension=extension, interpolation="nearest" if nearest else "linear")
+    key = (id(texture), extension, interpolation)  # one object per use, so that the renderer stores it once
+    if key not in translation.images:
+        translation.images[key] = replace(texture, extension=extension, interpolation=interpolation)
+    return translation.images[key]
 
 
-def _alpha_is_read(node: Any) -> bool:
+def alpha_is_read(node: Any) -> bool:
     """Whether anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
     socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
     return socket is not None and bool(socket.is_linked)
@@ -91,33 +93,32 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     colors = pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1]
     space = image.colorspace_settings.name
     if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
-        colors = _associated(translation, image, colors, pixels[..., 3:4], alpha_is_read)
+        colors = _associated(translation, image, colors, pixels[..., 3:4])
+        if alpha_is_read:  # stored multiplied and divided after filtering, as in Cycles
+            colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
     if image.is_float:  # Blender has already brought these to its scene-linear space
         return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
     return _byte_image(translation, image.name, colors, space)
 
 
-def _associated(translation: Translation, image: Any, colors: Array, alpha: Array, alpha_is_read: bool) -> Array:
-    """Colors as Cycles shows them: multiplied by alpha, in the file's own encoding, unless the alpha is used too."""
+def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
+    """Colors multiplied by alpha in the file's own encoding, as Cycles stores them."""
     if image.is_float:  # float buffers come multiplied
-        undimmed = np.divide(colors, alpha, out=colors.copy(), where=alpha > 0)
-        return undimmed if alpha_is_read else colors
+        return colors
     if image.alpha_mode == "PREMUL" and image.packed_file is None and image.source == "FILE":
         # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
         translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
         colors = colors * alpha
-    # Cycles multiplies bytes and rounds down, and what it divides again later is that
-    levels = np.floor(np.rint(np.clip(colors, 0, 1) * 255) * np.rint(alpha * 255) / 255) / np.float32(255)
-    if not alpha_is_read:
-        return np.asarray(levels, dtype=np.float32)
-    return np.divide(levels, alpha, out=np.array(colors), where=alpha > 0)
+    # Cycles multiplies bytes and rounds down
+    levels = np.floor(np.rint(np.clip(colors, 0, 1) * 255) * np.rint(alpha * 255) / 255)
+    return np.asarray(levels / 255, dtype=np.float32)
 
 
 def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
     if not is_color:
         return ImageTexture(name, colors, color_space="raw")
-    if colors.shape[2] == 3 and not np.array_equal(translation.rgb_from_working, np.eye(3)):
-        colors = translation.linear_rgb(colors).astype(np.float32)
+    if colors.shape[2] >= 3 and not np.array_equal(translation.rgb_from_working, np.eye(3)):
+        colors = np.concatenate([translation.linear_rgb(colors), colors[..., 3:]], axis=2).astype(np.float32)
     return ImageTexture(name, colors, color_space="linear")
 
 
@@ -126,8 +127,9 @@ def _byte_image(translation: Translation, name: str, colors: Array, space: str) 
         return ImageTexture(name, _compact(colors), color_space="raw" if space in NUMBER_SPACES else "linear")
     matrix = compat.rec709_from_working("Linear Rec.2020" if space == "Rec.2020" else space)
     if matrix is not None:
-        linear = linear_from_display_rgb(colors) if space == "Rec.2020" else colors
-        return ImageTexture(name, (linear @ matrix.T).astype(np.float32), color_space="linear")
+        rgb = linear_from_display_rgb(colors[..., :3]) if space == "Rec.2020" else colors[..., :3]
+        linear = np.concatenate([np.broadcast_to(rgb, (*rgb.shape[:2], 3)) @ matrix.T, colors[..., 3:]], axis=2)
+        return ImageTexture(name, linear.astype(np.float32), color_space="linear")
     if space != "sRGB":
         translation.note(name, f"the color space {space!r} of this image is read as sRGB")
     return ImageTexture(name, _compact(colors), color_space="srgb")
@@ -148,10 +150,3 @@ def linear_pixels(texture: ImageTexture) -> Array:
         return table.astype(np.float32)[pixels]
     linear = linear_from_display_rgb(pixels) if texture.color_space == "srgb" else pixels
     return np.asarray(linear, dtype=np.float32)
-
-
-def with_pixels(texture: ImageTexture, pixels: Array, name: str) -> ImageTexture:
-    """The same picture on the mesh with other linear values (h, w, 1 or 3)."""
-    space: Literal["raw", "linear"] = "raw" if pixels.shape[2] == 1 else "linear"
-    # a copy of its own: the renderer refuses arrays that are read-only views, which broadcasting makes
-    return replace(texture, name=name, pixels=np.array(pixels, dtype=np.float32, order="C"), color_space=space)

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.scene import Color, Diffuse, Material, Surface, gray
+from spectral_core.scene import Color, Diffuse, Material, Surface, gray, programs_of
 
 from .. import compat
 from . import media, spectra
@@ -21,18 +22,32 @@ UNDRESSED = Material("No material", Diffuse(gray(0.8)))
 
 @dataclass(frozen=True)
 class Dressed:
-    """A material, and the UV map that its images lie on: "" for the one that renders, None where it has no image."""
+    """A material, and what it reads from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``."""
 
     material: Material
-    uv_map: str | None
+    reads: frozenset[str]
+
+
+MOST_FRAMES = 50_000
+"""Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
 
 
 def translate_material(translation: Translation, material: Any) -> Dressed:
     """Material of a ``bpy.types.Material``; None is the plain default."""
     if material is None:
-        return Dressed(UNDRESSED, None)
+        return Dressed(UNDRESSED, frozenset())
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, MOST_FRAMES))
+    try:
+        return _translate(translation, material)
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def _translate(translation: Translation, material: Any) -> Dressed:
     name = material.name_full
-    reader = Reader(translation, material.name)
+    reader = Reader(translation, material.name, on_surface=True)
+    reader.material_index = int(material.pass_index)
     tree = compat.node_tree(material)
     output = surface_output(tree)
     medium = media.medium_of(reader, output) if output is not None else None
@@ -50,9 +65,5 @@ def translate_material(translation: Translation, material: Any) -> Dressed:
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
         surface = with_spectrum(surface, spectrum)
-    if len(reader.uv_maps) > 1:
-        shown = ", ".join(
-            repr(uv_map) if uv_map.isprintable() and uv_map else "the active one" for uv_map in reader.uv_maps
-        )
-        reader.note(f"its images lie on different coordinates ({shown}); all were laid on the first")
-    return Dressed(Material(name, surface, medium), reader.uv_maps[0] if reader.uv_maps else None)
+    reads = {name for program in programs_of(surface) for name in program.inputs}
+    return Dressed(Material(name, surface, medium), frozenset(reads))

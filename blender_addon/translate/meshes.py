@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Mesh
+from spectral_core.scene.geometry import Attribute, Mesh
 
 Array = NDArray[Any]
 
-GENERATED = "\0generated"
-"""Stands for a UV map where the material asks for generated coordinates: the bounding box as a unit square."""
+READS_UV = frozenset(("uv", "tangent", "bitangent"))
+"""What of a shading program needs the UV map that renders."""
 
 
-def translate_mesh(name: str, source: Any, uv_map: str | None = None) -> Mesh | None:
+def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None) -> Mesh | None:
     """Mesh of a ``bpy.types.Mesh``, None where it has no faces.
 
-    ``uv_map``: the map its materials read, "" for the one that renders, None where they read none (then corners are
-    not split along its seams).
+    ``reads``: what its materials' programs read of it; corners are split along the seams of nothing else.
+    ``undeformed``: the mesh before modifiers, whose box generated coordinates fill.
     """
     source.calc_loop_triangles()
     count = len(source.loop_triangles)
@@ -32,9 +32,14 @@ def translate_mesh(name: str, source: Any, uv_map: str | None = None) -> Mesh | 
     source.loop_triangles.foreach_get("loops", triangle_corners)
     triangle_corners = triangle_corners.reshape(-1, 3)
 
-    uvs = None if uv_map is None else _corner_uvs(source, uv_map, positions, corners)
+    uvs = _corner_uvs(source, corners) if reads & READS_UV else None
+    extra: dict[str, Array] = {}
+    for item in sorted(reads - READS_UV):
+        values = _attribute(source, item, corners, positions, undeformed)
+        if values is not None:
+            extra[item] = values
     normals = _normals(source)
-    keys = [array for array in (uvs, normals) if array is not None and len(array) == len(corners)]
+    keys = [array for array in (uvs, normals, *extra.values()) if array is not None and len(array) == len(corners)]
     vertex_of_corner, corner_of_vertex = corners, None
     if keys:
         vertex_of_corner, corner_of_vertex = split_corners(corners, np.concatenate(keys, axis=1), len(positions))
@@ -44,6 +49,11 @@ def translate_mesh(name: str, source: Any, uv_map: str | None = None) -> Mesh | 
         uvs = None if uvs is None else np.take(uvs, corner_of_vertex, axis=0)
         if normals is not None:
             normals = np.take(normals, corner_of_vertex if len(normals) == len(corners) else vertex, axis=0)
+        extra = {
+            n: np.take(a, corner_of_vertex if len(a) == len(corners) else vertex, axis=0) for n, a in extra.items()
+        }
+    elif corner_of_vertex is None:
+        extra = {n: a for n, a in extra.items() if len(a) == len(positions)}
     return Mesh(
         name,
         positions,
@@ -51,6 +61,7 @@ def translate_mesh(name: str, source: Any, uv_map: str | None = None) -> Mesh | 
         normals=normals,
         uvs=uvs,
         material_indices=_material_indices(source, count),
+        attributes=tuple(Attribute(item, values) for item, values in extra.items()),
     )
 
 
@@ -131,16 +142,87 @@ def _unit(normals: Array) -> Array:
     return normals
 
 
-def _corner_uvs(source: Any, uv_map: str, positions: Array, corners: Array) -> Array:
+def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
     """UV of each corner, (c, 2); zero where the mesh has no such map, as in Blender, or no finite value."""
-    if uv_map == GENERATED:
-        low, high = positions.min(axis=0), positions.max(axis=0)
-        return ((positions - low) / np.where(high > low, high - low, 1))[corners, :2].astype(np.float32)
     layer = uv_layer(source, uv_map)
     if layer is None:
         return np.zeros((len(corners), 2), dtype=np.float32)
     uvs = _floats(layer.uv, "vector", len(corners), 2)
     return np.where(np.isfinite(uvs), uvs, np.float32(0))
+
+
+def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any) -> Array | None:
+    """Values (n, 3) of what a program reads by ``name``, per vertex or per corner; None where there is none."""
+    if name == "generated":
+        return _told_apart(_generated(source, positions, undeformed), corners)
+    kind, _, attribute = name.partition(":")
+    if kind not in ("attribute", "attribute_alpha"):
+        return None
+    if not attribute:  # a Color Attribute node without a name reads the one that renders
+        active = source.color_attributes
+        index = active.render_color_index
+        attribute = active[index].name if 0 <= index < len(active) else ""
+    if attribute in source.uv_layers:
+        uvs = _corner_uvs(source, corners, attribute)
+        return np.concatenate([uvs, np.zeros((len(uvs), 1), np.float32)], axis=1)
+    found = source.attributes.get(attribute)
+    return None if found is None else _values(source, found, corners, alpha=kind == "attribute_alpha")
+
+
+COMPONENTS = {
+    "FLOAT": ("value", 1), "INT": ("value", 1), "BOOLEAN": ("value", 1), "INT8": ("value", 1), "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4),
+}  # fmt: skip
+
+
+def _values(source: Any, attribute: Any, corners: Array, *, alpha: bool) -> Array | None:
+    """Values (n, 3) of a mesh attribute, per vertex or per corner, of a number three times it."""
+    if attribute.data_type not in COMPONENTS:
+        return None
+    field, width = COMPONENTS[attribute.data_type]
+    raw = np.empty(len(attribute.data) * width, dtype=np.float32)
+    if attribute.data_type in ("INT", "INT8", "BOOLEAN"):
+        whole = np.empty(len(attribute.data), dtype=bool if attribute.data_type == "BOOLEAN" else np.int32)
+        attribute.data.foreach_get(field, whole)
+        raw[:] = whole
+    else:
+        attribute.data.foreach_get(field, raw)
+    values = np.nan_to_num(raw.reshape(-1, width))
+    if width == 4:
+        values = np.repeat(values[:, 3:], 3, axis=1) if alpha else values[:, :3]
+    elif alpha:
+        values = np.ones((len(values), 3), np.float32)
+    elif width < 3:
+        filled = np.zeros((len(values), 3), np.float32)
+        filled[:, :width] = values
+        values = np.repeat(values, 3, axis=1) if width == 1 else filled
+    if attribute.domain == "FACE":
+        face = np.empty(len(source.polygons), dtype=np.int32)
+        source.polygons.foreach_get("loop_total", face)
+        values = np.repeat(values, face, axis=0)
+    elif attribute.domain == "POINT":
+        values = _told_apart(values, corners)
+    elif attribute.domain != "CORNER":
+        return None
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def _told_apart(values: Array, corners: Array) -> Array:
+    """Values per vertex; per corner where there are as many vertices as corners, which could be taken for corners."""
+    return np.take(values, corners, axis=0) if len(values) == len(corners) else values
+
+
+def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
+    """Place (v, 3) of each vertex in the texture space, before modifiers where those kept the vertices."""
+    base = source
+    if undeformed is not None and len(undeformed.vertices) == len(positions):
+        base = undeformed
+        positions = _floats(undeformed.attributes["position"].data, "vector", len(positions), 3)
+    center, half = (
+        np.array(base_value[:], dtype=np.float64) for base_value in (base.texspace_location, base.texspace_size)
+    )
+    half = np.where(half == 0, 1.0, half)
+    return np.nan_to_num((positions - center) / (2 * half) + 0.5).astype(np.float32)
 
 
 def uv_layer(source: Any, uv_map: str) -> Any:

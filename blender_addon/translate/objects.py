@@ -16,7 +16,7 @@ from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lights import translate_light
 from .materials import Dressed, translate_material
-from .meshes import GENERATED, translate_mesh, uv_layer
+from .meshes import READS_UV, translate_mesh, uv_layer
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
 
@@ -101,15 +101,13 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
         return
     override = overridden(found.translation.depsgraph, "material_override")
     dressed = [_dress(found, override or material) for material in _materials(thing)]
-    uv_map = _uv_map(found, thing, dressed)
-    mesh = _mesh(found, thing, uv_map)
+    reads = frozenset().union(*(item.reads for item in dressed))
+    mesh = _mesh(found, thing, reads)
     if mesh is None:
         return
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
     dressed += [dressed[-1]] * (highest + 1 - len(dressed))  # a face past the last slot wears the last, as in Blender
-    if uv_map not in (None, GENERATED) and uv_layer(thing.data, uv_map or "") is None:
-        which = f"no UV map {uv_map!r}" if uv_map else "no UV map"
-        found.translation.note(thing.name, f"it has {which} for the images on it; they show their corner pixel")
+    _note_missing(found, thing, reads)
     note_changed(found.translation, thing.name, getattr(thing, "cycles", None))
     layer, original = found.translation.depsgraph.view_layer, thing.original
     if thing.is_shadow_catcher:
@@ -130,6 +128,9 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
             original.lightgroup,  # Blender does not tell the evaluated copy of a change
             hidden,
             is_holdout,
+            color=tuple(thing.color),
+            index=int(thing.pass_index),
+            random=(instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF,
         )
     )
 
@@ -150,19 +151,24 @@ def _dress(found: Collected, material: Any) -> Dressed:
     return found.dressed[key]
 
 
-def _uv_map(found: Collected, thing: Any, dressed: list[Dressed]) -> str | None:
-    """UV map that the materials of an object read; a mesh carries one here."""
-    asked = list(dict.fromkeys(item.uv_map for item in dressed if item.uv_map is not None))
-    if len(asked) > 1:
-        found.translation.note(thing.name, "its materials use different UV maps; all images were laid on the first")
-    return asked[0] if asked else None
+def _note_missing(found: Collected, thing: Any, reads: frozenset[str]) -> None:
+    """Name the UV maps and attributes that materials ask for and the mesh lacks: they read as 0, as in Blender."""
+    if "uv" in reads and uv_layer(thing.data, "") is None:
+        found.translation.note(thing.name, "it has no UV map for the images on it; they show their corner pixel")
+    for name in sorted(reads):
+        kind, _, attribute = name.partition(":")
+        if kind == "attribute" and attribute and attribute not in thing.data.attributes:
+            found.translation.note(thing.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
 
 
-def _mesh(found: Collected, thing: Any, uv_map: str | None) -> Mesh | None:
+def _mesh(found: Collected, thing: Any, reads: frozenset[str]) -> Mesh | None:
     """Mesh of an evaluated object, shared by all that have the same evaluated data."""
-    key = (thing.data.as_pointer(), uv_map)
+    reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
+    key = (thing.data.as_pointer(), reads)
     if key not in found.meshes:
-        found.meshes[key] = translate_mesh(found.unique("mesh", thing.data.name_full), thing.data, uv_map)
+        undeformed = getattr(thing.original, "data", None) if thing.original.type == "MESH" else None
+        name = found.unique("mesh", thing.data.name_full)
+        found.meshes[key] = translate_mesh(name, thing.data, reads, undeformed)
     return found.meshes[key]
 
 

@@ -4,29 +4,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from spectral_core.scene import (
     AddSurface,
+    Computed,
     Diffuse,
     Emission,
     Glass,
     Glossy,
-    ImageTexture,
+    Metal,
     MixSurface,
     Paint,
     Principled,
     Scalar,
     Surface,
+    Toon,
+    Translucent,
     Transparent,
     gray,
+    leaves,
+    map_leaves,
 )
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from . import color_nodes, spectra, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
-from .fields import mean_color
+from .coordinate_nodes import round_tangent
+from .fields import scalar_of
 from .nodes import Input, Output, linked
 from .reader import Reader
 
@@ -43,10 +51,6 @@ def surface_of(reader: Reader, place: Input | None) -> Surface:
     if read is None:
         reader.note(f"the shader {source.label!r} is not understood; a plain diffuse surface was used for it")
         return Diffuse(_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
-    for name in ("Normal", "Coat Normal"):
-        bump = linked(source.input(name))
-        if bump is not None:
-            reader.note(f"{bump.label!r} (into {name} of {source.label!r}) is not simulated; the surface stays smooth")
     return read(reader, source)
 
 
@@ -56,35 +60,99 @@ def _color(reader: Reader, output: Output, fallback: float, name: str = "Color")
     return spectrum if spectrum is not None else reader.paint(output.input(name), gray(fallback))
 
 
+def _vector(reader: Reader, output: Output, name: str) -> Computed | None:
+    """What is linked to a normal or tangent socket, None where nothing is."""
+    place = output.input(name)
+    if place is None or linked(place) is None:
+        return None
+    value = reader.as_value(reader.field(place))
+    return Computed(value.program(3))
+
+
+def _tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed | None:
+    """Direction of an anisotropic lobe: what is linked, else around the object's Z axis, as in Cycles."""
+    if anisotropy == 0:
+        return None
+    return _vector(reader, output, "Tangent") or Computed(round_tangent(reader).program(3))
+
+
 def _diffuse(reader: Reader, output: Output) -> Surface:
-    return Diffuse(_color(reader, output, 0.8), reader.scalar(output.input("Roughness"), 0.0))
+    roughness = reader.scalar(output.input("Roughness"), 0.0)
+    return Diffuse(_color(reader, output, 0.8), roughness, _vector(reader, output, "Normal"))
 
 
 def _diffuse_like(what: str) -> Callable[[Reader, Output], Surface]:
     def read(reader: Reader, output: Output) -> Surface:
         reader.note(f"{output.label!r} is shown as a diffuse surface: {what}")
-        return Diffuse(_color(reader, output, 0.8))
+        return Diffuse(_color(reader, output, 0.8), normal=_vector(reader, output, "Normal"))
 
     return read
 
 
-def _glossy(reader: Reader, output: Output) -> Surface:
-    if getattr(output.node, "distribution", "GGX") not in ("GGX", "MULTI_GGX", "SHARP"):
-        reader.note(f"{output.label!r}: its distribution is replaced by GGX")
-    if reader.number(output.input("Anisotropy"), 0.0) != 0:
-        reader.note(f"{output.label!r}: anisotropic reflection is shown as isotropic")
+def _roughness(reader: Reader, output: Output, fallback: float) -> Scalar:
     sharp = getattr(output.node, "distribution", "") == "SHARP"
-    roughness: Scalar = 0.0 if sharp else reader.scalar(output.input("Roughness"), 0.5)
-    multiple = getattr(output.node, "distribution", "") == "MULTI_GGX"
-    return Glossy(_color(reader, output, 0.8), roughness, multiple)
+    return 0.0 if sharp else reader.scalar(output.input("Roughness"), fallback)
+
+
+def _glossy(reader: Reader, output: Output) -> Surface:
+    distribution = getattr(output.node, "distribution", "GGX")
+    if distribution == "ASHIKHMIN_SHIRLEY":
+        reader.note(f"{output.label!r}: Ashikhmin-Shirley is rendered as Beckmann, whose lobe is nearly the same")
+    anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
+    return Glossy(
+        _color(reader, output, 0.8),
+        _roughness(reader, output, 0.5),
+        distribution == "MULTI_GGX",
+        anisotropy,
+        reader.scalar(output.input("Rotation"), 0.0),
+        _tangent(reader, output, anisotropy),
+        "beckmann" if distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY") else "ggx",
+        _vector(reader, output, "Normal"),
+    )
+
+
+def _metallic(reader: Reader, output: Output) -> Surface:
+    node = output.node
+    if getattr(node, "distribution", "") == "BECKMANN":
+        reader.note(f"{output.label!r}: its distribution is replaced by GGX")
+    color, edge = _color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
+    if getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
+        index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
+        color, edge = _conductor_colors(index, extinction)
+    anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
+    return Metal(
+        color,
+        edge,
+        _roughness(reader, output, 0.5),
+        anisotropy,
+        reader.scalar(output.input("Rotation"), 0.0),
+        _tangent(reader, output, anisotropy),
+        getattr(node, "distribution", "") == "MULTI_GGX",
+        _vector(reader, output, "Normal"),
+    )
+
+
+def _conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint]:
+    """Colors facing and toward 82 degrees that stand for an index and extinction per channel."""
+    from spectral_core.scene import Color
+
+    def reflectance(cosine: float) -> np.ndarray:
+        n2, k2, c2 = index**2, extinction**2, cosine**2
+        total = n2 + k2
+        across = (total - 2 * index * cosine + c2) / (total + 2 * index * cosine + c2)
+        along = (total * c2 - 2 * index * cosine + 1) / (total * c2 + 2 * index * cosine + 1)
+        return np.asarray((across + along) / 2)
+
+    facing, edge = reflectance(1.0), reflectance(1 / 7)
+    schlick = facing + (1 - facing) * (1 - 1 / 7) ** 5
+    return Color(facing), Color(np.clip(edge / np.maximum(schlick, 1e-6), 0, 1))
 
 
 def _glass(reader: Reader, output: Output) -> Surface:
-    if output.node.type == "BSDF_REFRACTION":
-        reader.note(f"{output.label!r} also reflects here, as glass does")
-    sharp = getattr(output.node, "distribution", "") == "SHARP"
-    roughness: Scalar = 0.0 if sharp else reader.scalar(output.input("Roughness"), 0.0)
-    return Glass(_color(reader, output, 1.0), roughness, ior(reader, output.input("IOR"), 1.5))
+    refracts_only = output.node.type == "BSDF_REFRACTION"
+    index = ior(reader, output.input("IOR"), 1.5)
+    normal = _vector(reader, output, "Normal")
+    return Glass(_color(reader, output, 1.0), _roughness(reader, output, 0.0), index, normal, not refracts_only)
 
 
 def ior(reader: Reader, place: Input | None, fallback: float) -> float:
@@ -97,17 +165,27 @@ def _transparent(reader: Reader, output: Output) -> Surface:
     return Transparent(_color(reader, output, 1.0))
 
 
+def _translucent(reader: Reader, output: Output) -> Surface:
+    return Translucent(_color(reader, output, 0.8), _vector(reader, output, "Normal"))
+
+
+def _toon(reader: Reader, output: Output) -> Surface:
+    size, smooth = (reader.scalar(output.input(name), fallback) for name, fallback in (("Size", 0.5), ("Smooth", 0.0)))
+    glossy = output.node.component == "GLOSSY"
+    return Toon(_color(reader, output, 0.8), size, smooth, glossy, _vector(reader, output, "Normal"))
+
+
 def _emission(reader: Reader, output: Output) -> Surface:
-    strength = _scaled(reader.scalar(output.input("Strength"), 1.0), spectra.strength_of(output.node))
+    strength = _scaled(reader, output, spectra.strength_of(output.node))
     return Emission(_color(reader, output, 1.0), strength)
 
 
-def _scaled(strength: Scalar, factor: float) -> Scalar:
-    if isinstance(strength, ImageTexture) and factor != 1.0:
-        from .images import linear_pixels, with_pixels
-
-        return with_pixels(strength, linear_pixels(strength) * factor, strength.name)
-    return strength if isinstance(strength, ImageTexture) else strength * factor
+def _scaled(reader: Reader, output: Output, factor: float) -> Scalar:
+    place = output.input("Strength")
+    if place is None or factor == 1.0:
+        return reader.scalar(place, 1.0)
+    strength = reader.as_value(reader.field(place))
+    return scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
 
 
 def _mix(reader: Reader, output: Output) -> Surface:
@@ -135,7 +213,6 @@ def _holdout(reader: Reader, output: Output) -> Surface:
 PRINCIPLED_UNUSED = {
     "Subsurface Weight": "light that travels below the surface is shown as diffuse",
     "Thin Film Thickness": "its thin film is left out",
-    "Anisotropic Rotation": "its anisotropy keeps the direction of the UV map",
 }
 
 
@@ -144,30 +221,37 @@ def _principled(reader: Reader, output: Output) -> Surface:
         place = output.input(name)
         if place is not None and (linked(place) is not None or np.any(np.asarray(place.default) != 0)):
             reader.note(f"{output.label!r}: {message}")
-    if np.any(mean_color(reader.field(tint)) != 1) if (tint := output.input("Specular Tint")) else False:
-        reader.note(f"{output.label!r}: its specular tint is left out")
-    number = lambda name, fallback: reader.number(output.input(name), fallback)  # noqa: E731
+    coat_normal = output.input("Coat Normal")
+    normal = _vector(reader, output, "Normal")
     scalar = lambda name, fallback: reader.scalar(output.input(name), fallback)  # noqa: E731
+    coat_weight = reader.factor(output.input("Coat Weight"), 0.0)
+    if coat_weight != 0 and (linked(coat_normal) is not None or normal is not None):
+        reader.note(f"{output.label!r}: its coat follows the normal of what lies below it")
+    anisotropic = scalar("Anisotropic", 0.0)
     strength = scalar("Emission Strength", 0.0)
-    lit = isinstance(strength, ImageTexture) or strength != 0
+    lit = isinstance(strength, Computed) or strength != 0
     return Principled(
         base_color=_color(reader, output, 0.8, "Base Color"),
         metallic=scalar("Metallic", 0.0),
         roughness=scalar("Roughness", 0.5),
         ior=ior(reader, output.input("IOR"), 1.5),
         alpha=reader.factor(output.input("Alpha"), 1.0),
-        specular_level=number("Specular IOR Level", 0.5),
-        anisotropic=number("Anisotropic", 0.0),
+        specular_level=reader.number(output.input("Specular IOR Level"), 0.5),
+        specular_tint=reader.paint(output.input("Specular Tint"), gray(1.0)),
+        anisotropic=anisotropic,
+        anisotropic_rotation=scalar("Anisotropic Rotation", 0.0),
+        tangent=_tangent(reader, output, anisotropic),
         transmission=scalar("Transmission Weight", 0.0),
-        coat_weight=number("Coat Weight", 0.0),
-        coat_roughness=number("Coat Roughness", 0.03),
+        coat_weight=coat_weight,
+        coat_roughness=scalar("Coat Roughness", 0.03),
         coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
         coat_tint=reader.paint(output.input("Coat Tint"), gray(1.0)),
         diffuse_roughness=scalar("Diffuse Roughness", 0.0),
         multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
-        sheen_weight=number("Sheen Weight", 0.0),
+        sheen_weight=reader.factor(output.input("Sheen Weight"), 0.0),
         emission_color=reader.paint(output.input("Emission Color"), gray(1.0)) if lit else gray(1.0),
         emission_strength=strength,
+        normal=normal,
     )
 
 
@@ -176,15 +260,15 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "BSDF_DIFFUSE": _diffuse,
     "BSDF_GLOSSY": _glossy,
     "BSDF_ANISOTROPIC": _glossy,
-    "BSDF_METALLIC": _diffuse_like("the Metallic node is not understood"),
+    "BSDF_METALLIC": _metallic,
     "BSDF_GLASS": _glass,
     "BSDF_REFRACTION": _glass,
     "BSDF_TRANSPARENT": _transparent,
-    "BSDF_TRANSLUCENT": _diffuse_like("light through it is not simulated"),
+    "BSDF_TRANSLUCENT": _translucent,
     "SUBSURFACE_SCATTERING": _diffuse_like("light below the surface is not simulated"),
     "BSDF_SHEEN": _diffuse_like("sheen is not simulated"),
     "BSDF_VELVET": _diffuse_like("velvet is not simulated"),
-    "BSDF_TOON": _diffuse_like("toon shading is not physical"),
+    "BSDF_TOON": _toon,
     "BSDF_HAIR": _diffuse_like("hair shading is not simulated"),
     "BSDF_HAIR_PRINCIPLED": _diffuse_like("hair shading is not simulated"),
     "BSDF_RAY_PORTAL": _diffuse_like("portals are not simulated"),
@@ -202,30 +286,16 @@ def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
     The main color is that of what scatters diffusely (Principled and Diffuse); where nothing does, of every closure
     that reflects or lets through.
     """
-    leaves = _leaves(surface)
     main: tuple[type, ...] = (Principled, Diffuse)
-    if not any(isinstance(leaf, main) and leaf is not BLACK for leaf in leaves):
-        main = (Glossy, Glass, Transparent)
-    return _replace_leaves(surface, main, spectrum)
+    if not any(isinstance(leaf, main) and leaf is not BLACK for leaf in leaves(surface)):
+        main = (Glossy, Metal, Glass, Translucent, Toon, Transparent)
 
+    def change(leaf: Closure) -> Surface:
+        name = "base_color" if isinstance(leaf, Principled) else "color"
+        # a node's own spectrum comes before its material's
+        if leaf is BLACK or not isinstance(leaf, main) or isinstance(getattr(leaf, name), (Illuminant, Spectrum)):
+            return leaf
+        changes: dict[str, Any] = {name: spectrum}
+        return replace(leaf, **changes)
 
-def _leaves(surface: Surface) -> list[Surface]:
-    if isinstance(surface, (MixSurface, AddSurface)):
-        return _leaves(surface.first) + _leaves(surface.second)
-    return [surface]
-
-
-def _replace_leaves(surface: Surface, kinds: tuple[type, ...], spectrum: Spectrum) -> Surface:
-    from dataclasses import replace
-
-    change: dict[str, Any]
-    if isinstance(surface, (MixSurface, AddSurface)):
-        change = {name: _replace_leaves(getattr(surface, name), kinds, spectrum) for name in ("first", "second")}
-    elif not isinstance(surface, kinds) or surface is BLACK:
-        return surface
-    else:
-        name = "base_color" if isinstance(surface, Principled) else "color"
-        if isinstance(getattr(surface, name), (Illuminant, Spectrum)):
-            return surface  # a node's own spectrum comes before its material's
-        change = {name: spectrum}
-    return replace(surface, **change)
+    return map_leaves(surface, change)

@@ -14,7 +14,7 @@ from spectral_core.scene import Color, ImageTexture, MixedPaint, Rays, World, gr
 from .. import compat
 from . import spectra, surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
 from .context import Translation
-from .fields import Field, mean_color
+from .fields import mean_color
 from .images import image_of_node
 from .ledger import note_changed, note_nodes
 from .nodes import Input, Output, linked, surface_output
@@ -131,7 +131,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
 
 
 @evaluator("TEX_ENVIRONMENT")
-def _environment(reader: Reader, output: Output) -> Field:
+def _environment(reader: Reader, output: Output) -> Any:
     texture = image_of_node(reader.translation, output.node, reader.owner, output.socket.name)
     return np.full(3, 0.5) if texture is None else replace(texture, extension="repeat")
 

@@ -36,7 +36,8 @@ def report(
     if chosen.stepping.rule != "uniform":
         even = plan(renderer, view, transfer, wanted_db, rule="uniform", quadrature="midpoint")
         ways["uniform"] = even.stepping
-    print(f"reference: uniform {finest.scale:.3g} voxel, {quadrature}, {_stated(own_db, 'itself good to')}")
+    own = f"itself good to {own_db:.1f} dB" if math.isfinite(own_db) else "which half its step leaves as it is"
+    print(f"reference: uniform {finest.scale:.3g} voxel, {quadrature}, {own}")
     rows = {name: _row(renderer, view, transfer, way, finer) for name, way in ways.items()}
     for name, row in rows.items():
         print(
@@ -64,10 +65,9 @@ def _row(
     }
 
 
-def _stated(snr_db: float | None, before: str = "") -> str:
+def _stated(snr_db: float | None) -> str:
     """A figure in words; without one the pictures are equal, at the shortest step that there is."""
-    exact = snr_db is None or not math.isfinite(snr_db)
-    return f"{before} no difference".strip() if exact else f"{before} {snr_db:6.1f} dB".strip()
+    return "equal to it" if snr_db is None or not math.isfinite(snr_db) else f"{snr_db:6.1f} dB"
 
 
 def _picture(image: VolumeImage) -> Any:

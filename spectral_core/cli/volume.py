@@ -23,6 +23,7 @@ from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.plan import Plan
     from spectral_core.volume.transfer import TransferFunction
 
 QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
@@ -139,8 +140,11 @@ def _transfer(given: str, volume: ScalarVolume) -> TransferFunction:
     return preset(given.removeprefix("preset:"), volume)  # as the integrator's files spell it
 
 
-def _estimate(snr_db: float) -> str:
-    return f"estimated {snr_db:.1f} dB" if math.isfinite(snr_db) else "no difference expected"
+def _estimate(chosen: Plan) -> str:
+    if not math.isfinite(chosen.estimate_db):
+        return "no error expected"
+    low, high = chosen.interval_db
+    return f"estimated {chosen.estimate_db:.1f} dB ({low:.1f} to {high:.1f})"
 
 
 def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> dict[str, Any]:
@@ -165,7 +169,7 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
     way = chosen.stepping
     print(
         f"{volume.name}: {'×'.join(map(str, volume.shape))} {volume.data.dtype}; {way.rule} steps, {way.quadrature}, "
-        f"scale {way.scale:.3g}; {_estimate(chosen.estimate_db)} for {wanted:g} dB ({chosen.seconds:.2f} s)"
+        f"scale {way.scale:.3g}; {_estimate(chosen)} for {wanted:g} dB ({chosen.seconds:.2f} s)"
     )
     if chosen.shortfall:
         print(f"note: {chosen.shortfall}")

@@ -17,11 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembled, Side
-from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.assemble.side import Assembled
+from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.arrow import CAP, Factors, median_weight, squared
-from spectral_core.palette.qp.engine import Answer
+from spectral_core.palette.qp.engine import Answer, softened
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import exact_error
@@ -45,7 +46,8 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
 
     Empty for a palette that is solved. The errors without a cell are predicted with the active bounds held.
     """
-    missed = _missed(solution)
+    wishes = compiled_wishes(solution.problem)
+    missed = _missed(solution, wishes)
     if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not missed or not _record(solution):
         return ()
     relief: dict[CellIndex, dict[CellIndex, float]] = {cell: {} for cell in missed}
@@ -53,7 +55,7 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
         if answer.values and np.all(np.isfinite(np.concatenate(answer.values))):
             responses = Responses.of(assembled, answer)
             for cell in missed:
-                for other, error in _relief(solution, side, responses, cell).items():
+                for other, error in _relief(solution, wishes, side, responses, cell).items():
                     relief[cell][other] = min(error, relief[cell].get(other, np.inf))
     return tuple(_explained(solution, cell, error, relief[cell]) for cell, error in missed.items())
 
@@ -89,9 +91,8 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     return ()
 
 
-def _missed(solution: PaletteSolution) -> dict[CellIndex, float]:
+def _missed(solution: PaletteSolution, wishes: Wishes) -> dict[CellIndex, float]:
     """The worst cells that miss what they ask, with their error; exact ones that are broken before all others."""
-    wishes = compiled_wishes(solution.problem)
     broken = set(exact_error(wishes, solution.actual_linear_rgb)[1])
     errors = solution.delta_e_2000
     cells = [(int(i), int(j)) for i, j in np.argwhere(np.isfinite(errors))]
@@ -125,8 +126,9 @@ class Responses:
     @classmethod
     def of(cls, assembled: Assembled, answer: Answer) -> Responses:
         """Factor every block once more with its active bounds held, exact rows as heavy ones."""
-        quadratic = assembled.quadratic
-        unit, _ = median_weight(quadratic)
+        unit, _ = median_weight(assembled.quadratic)
+        # Where exact rows conflict the answer is that of this problem; else its exact rows move by next to nothing.
+        quadratic = softened(assembled.quadratic, everything=True)
         count = quadratic.color_lower.size
         hessian = (quadratic.known_ties.T * (quadratic.known_weights / unit)) @ quadratic.known_ties
         within, pulls, errors, weights = [], [], [], []
@@ -179,19 +181,20 @@ class Responses:
         return found + self.within[k][rows, columns] if k == m else found
 
 
-def _relief(solution: PaletteSolution, side: Side, responses: Responses, cell: CellIndex) -> dict[CellIndex, float]:
+def _relief(
+    solution: PaletteSolution, wishes: Wishes, side: Side, responses: Responses, cell: CellIndex
+) -> dict[CellIndex, float]:
     """ΔE2000 of a cell with each other cell of its spectrum, or of its group, released."""
     if cell not in responses.rows:
         return {}
     problem = solution.problem
-    wishes = compiled_wishes(problem)
     group = next((set(group.members) for group in wishes.groups if cell in group.members), set())
     axis = 0 if side == "reflectances" else 1
     others = [other for other in responses.rows if other != cell and (other[axis] == cell[axis] or other in group)]
+    target = next((each.color for each in wishes.targets if each.cell == cell), None)
     pairs, owners = [], []
     for other in others:
         references = [at for at in _references(problem, cell, group) if at != other]
-        target = next((each.color for each in wishes.targets if each.cell == cell), None)
         shown = solution.actual_linear_rgb[cell] + responses.moved(cell, other)
         if target is not None:
             pairs.append((shown, target))

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.mitsuba_scene import load_scene
+from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.mitsuba_scene.rules import Tables
+from spectral_core.render.mitsuba_scene.units import in_working_units
 from spectral_core.render.plan.effects import EffectPlan
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.scalar_sums import LIMITS, ScalarSums
 from spectral_core.render.trace.scene_path import ROULETTE_BOUNCES, PathSettings, scene_path
 from spectral_core.render.trace.wavelengths import Bands, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
@@ -52,7 +53,8 @@ class RenderJob:
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan
-        self.scene = simulated_scene(scene, plan)
+        radius = scene_radius(scene)
+        self.scene = in_working_units(simulated_scene(scene, plan), radius)
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
         self.variant = backend.variant
         self._mitsuba = activate(backend)
@@ -65,7 +67,7 @@ class RenderJob:
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
-        self._loaded_notes: tuple[Note, ...] = ()
+        self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
             self._integrators = self._load_integrators(groups=measure.groups)
@@ -80,16 +82,15 @@ class RenderJob:
                 Tables(self._mitsuba, self._loaded.rules),
             )
             names = list(self._loaded.switches) if measure.groups else [""]
-            kind = ScalarSums if backend.is_scalar else Accumulator
-            self._sums: dict[str, Accumulator | ScalarSums] = {
-                name: kind(self._mitsuba, self.scene.camera, self.scene.film, wavelengths) for name in names or [""]
+            self._sums = {
+                name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
+                for name in names or [""]
             }
         except SpectralError:
             raise
         except Exception as error:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
-        limits = [LIMITS] if backend.is_scalar and self._first_hit.is_needed else []
-        texts = (*backend.notes, *limits)
+        texts = backend.notes
         self._notes = tuple(Note("Renderer", text) for text in texts) + self._loaded.notes + self._loaded_notes
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:

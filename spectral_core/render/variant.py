@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which Mitsuba renders: CUDA on request, LLVM where its library is new enough, scalar code otherwise.
+"""Which Mitsuba renders: CUDA on request, else LLVM, whose library must be there and new enough.
 
 Nothing here imports Mitsuba before the LLVM library is chosen: Dr.Jit loads whatever ``DRJIT_LIBLLVM_PATH`` names at
 its first use, and LLVM older than 17 ends the process.
@@ -16,6 +16,7 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError, Rend
 from spectral_core.llvm_library import LLVM_INSTALL_HINT, OLDEST_LLVM, find_llvm, use_llvm
 
 Transport = Literal["rgb", "spectral"]
+NO_LLVM = f"rendering needs the LLVM library, version {OLDEST_LLVM} or newer, and none was found; {LLVM_INSTALL_HINT}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,23 +27,18 @@ class Backend:
     notes: tuple[str, ...] = ()
     llvm_library: str | None = None
 
-    @property
-    def is_scalar(self) -> bool:
-        """Whether one ray is traced at a time by precompiled code: works everywhere, much slower."""
-        return self.variant.startswith("scalar")
-
 
 def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
-    """Variant for a transport; ``wanted`` is None (best on the CPU), "llvm", "cuda", "scalar" or a full variant name.
+    """Variant for a transport; ``wanted`` is None (the CPU), "llvm", "cuda" or a full variant name.
 
-    Raises InvalidInputError where ``wanted`` is unknown or contradicts ``transport``. What is wanted but missing on
-    this machine is replaced by the next best, and the notes say so.
+    Raises InvalidInputError where ``wanted`` is unknown or contradicts ``transport``, MissingDependencyError where
+    this machine has no LLVM library to render with. A missing CUDA device is replaced by the CPU, and the notes say so.
     """
     kind = (wanted or "llvm").lower()
-    kind = next((name for name in ("cuda", "llvm", "scalar") if kind == name or kind.startswith(f"{name}_")), "")
+    kind = next((name for name in ("cuda", "llvm") if kind == name or kind.startswith(f"{name}_")), "")
     if not kind or (wanted and "_" in wanted and wanted not in _names(transport)):
         raise InvalidInputError(
-            f"variant {wanted!r} cannot render {transport} transport; choose cuda, llvm or scalar, "
+            f"variant {wanted!r} cannot render {transport} transport; choose cuda or llvm, "
             f"or one of {', '.join(_names(transport))}"
         )
     notes: list[str] = []
@@ -51,18 +47,13 @@ def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
             return Backend(f"cuda_ad_{transport}")
         notes.append("no usable CUDA device was found, so the CPU renders")
     llvm = find_llvm()
-    if kind != "scalar" and llvm is not None:
-        return Backend(f"llvm_ad_{transport}", tuple(notes), llvm[0])
-    if kind != "scalar":
-        notes.append(
-            f"no LLVM library from version {OLDEST_LLVM} on was found, so the slower scalar renderer is used; "
-            f"{LLVM_INSTALL_HINT}"
-        )
-    return Backend(f"scalar_{transport}", tuple(notes))
+    if llvm is None:
+        raise MissingDependencyError(NO_LLVM)
+    return Backend(f"llvm_ad_{transport}", tuple(notes), llvm[0])
 
 
 def _names(transport: Transport) -> tuple[str, ...]:
-    return (f"llvm_ad_{transport}", f"cuda_ad_{transport}", f"scalar_{transport}")
+    return (f"llvm_ad_{transport}", f"cuda_ad_{transport}")
 
 
 def _has_cuda() -> bool:
@@ -120,7 +111,7 @@ def describe_backend() -> dict[str, Any]:
     llvm = find_llvm()
     report["llvm_library"], report["llvm_version"] = llvm if llvm else (None, None)
     if llvm is None:
-        report["problems"].append(f"no LLVM library from version {OLDEST_LLVM} on was found; {LLVM_INSTALL_HINT}")
-    if report["mitsuba"] is not None:
+        report["problems"].append(NO_LLVM)
+    elif report["mitsuba"] is not None:
         report["variant"] = {name: choose_backend(name).variant for name in ("rgb", "spectral")}
     return report

@@ -16,6 +16,7 @@ from spectral_core.scene.lights import (
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
+from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
     AddSurface,
@@ -24,17 +25,27 @@ from spectral_core.scene.surface import (
     Glass,
     Glossy,
     Material,
+    Metal,
     MixSurface,
     Principled,
     ScatteringMedium,
     Surface,
+    Toon,
+    Translucent,
     Transparent,
+    Weight,
+    leaves,
+    map_leaves,
+    programs_of,
+    values_of,
+    weighted_leaves,
 )
 
 __all__ = [
-    "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Diffuse", "Emission", "Falloff", "Film",
-    "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh", "MixSurface",
-    "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Rays", "RenderSettings", "Scalar",
-    "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface", "Transparent", "VolumeObject",
-    "World", "gray", "scene_hash",
+    "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Computed", "Diffuse", "Emission", "Falloff",
+    "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh", "Metal",
+    "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program", "Rays",
+    "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface",
+    "Toon", "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves", "map_leaves",
+    "programs_of", "scene_hash", "values_of", "weighted_leaves",
 ]  # fmt: skip

@@ -39,6 +39,11 @@ class Camera:
         require_range("field_of_view_rad", self.field_of_view_rad, 1e-4, np.pi - 1e-4, " rad")
         require_range("aperture_radius", self.aperture_radius, 0.0, 1e9)
         require_range("focus_distance", self.focus_distance, 1e-9, 1e12)
+        require_range("orthographic_scale", self.orthographic_scale, 1e-12, 1e12)
+        for value in self.shift:
+            require_range("camera shift", value, -1e6, 1e6)
+        require_range("camera near", self.near, 1e-30, 1e30)
+        require_range("camera far", self.far, 1e-30, 1e30)
         if not 0 < self.near < self.far:
             raise InvalidInputError(f"camera clips at {self.near:g} and {self.far:g}; expected 0 < near < far")
 
@@ -67,6 +72,9 @@ class Film:
         for name, value, most in (("width", self.width, 65536), ("height", self.height, 65536)):
             require_range(f"film {name}", value, 1, most, " pixels")
         require_range("samples per pixel", self.samples, 1, 1 << 24)
+        require_range("pixel_aspect", self.pixel_aspect, 1e-6, 1e6)
+        require_range("filter_width", self.filter_width, 1e-6, 1e3, " pixels")
+        require_range("exposure", self.exposure, 0.0, 1e30)
         if self.crop is not None:
             left, bottom, width, height = self.crop
             if (

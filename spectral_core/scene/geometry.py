@@ -15,12 +15,27 @@ from spectral_core.scene.rays import Rays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Attribute:
+    """Values (v, 3) float32 per vertex, by the name that programs read: ``"generated"``, ``"attribute:…"``."""
+
+    name: str
+    values: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        values = np.ascontiguousarray(self.values, dtype=np.float32)
+        if values.ndim != 2 or values.shape[1] != 3:
+            raise InvalidInputError(f"attribute {self.name!r} has values of shape {values.shape}; expected (n, 3)")
+        require_finite(f"attribute {self.name!r}", values)
+        object.__setattr__(self, "values", values)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
     """Triangles in object space.
 
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
-    None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0. Corners
-    whose normals or UVs differ are separate vertices.
+    None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
+    ``attributes``: what programs read per vertex. Corners that differ in any of these are separate vertices.
     """
 
     name: str
@@ -29,6 +44,7 @@ class Mesh:
     normals: NDArray[np.float32] | None = None
     uvs: NDArray[np.float32] | None = None
     material_indices: NDArray[np.uint16] | None = None
+    attributes: tuple[Attribute, ...] = ()
 
     def __post_init__(self) -> None:
         # asarray, not a copy: a million triangles pass here on every frame
@@ -39,6 +55,12 @@ class Mesh:
         for name, width in (("normals", 3), ("uvs", 2)):
             if getattr(self, name) is not None:
                 set_field(name, _array(self, name, np.float32, width, vertex_count))
+        for attribute in self.attributes:
+            if len(attribute.values) != vertex_count:
+                raise InvalidInputError(
+                    f"mesh {self.name!r} has {vertex_count} vertices and its attribute {attribute.name!r} has "
+                    f"{len(attribute.values)} values; give one per vertex"
+                )
         if self.material_indices is not None:
             indices = np.ascontiguousarray(self.material_indices, dtype=np.uint16)
             if indices.shape != (len(self.triangles),):
@@ -68,7 +90,8 @@ class Instance:
 
     ``group``: the light group that its emission belongs to, "" for none. ``hidden_from``: kinds of rays that pass it
     as if it were not there. ``is_holdout``: cuts a hole into what the camera sees. ``unlit_by``: names of lights that
-    do not light it; ``clear_for``: names of lights that it casts no shadow for.
+    do not light it; ``clear_for``: names of lights that it casts no shadow for. ``color`` (r, g, b, alpha), ``index``
+    and ``random`` in [0, 1]: what the Object Info node reads.
     """
 
     name: str
@@ -80,6 +103,9 @@ class Instance:
     is_holdout: bool = False
     unlit_by: tuple[str, ...] = ()
     clear_for: tuple[str, ...] = ()
+    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    index: int = 0
+    random: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))

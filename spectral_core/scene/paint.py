@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_finite
 from spectral_core.errors import InvalidInputError
+from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -37,7 +38,7 @@ class ImageTexture:
     pixels: NDArray[Any]
     color_space: Literal["srgb", "linear", "raw"] = "srgb"
     extension: Literal["repeat", "clip", "extend", "mirror"] = "repeat"
-    interpolation: Literal["linear", "nearest"] = "linear"
+    interpolation: Literal["linear", "nearest", "cubic"] = "linear"
     uv_from_mesh_uv: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
@@ -53,6 +54,11 @@ class ImageTexture:
         object.__setattr__(self, "pixels", pixels)
         object.__setattr__(self, "uv_from_mesh_uv", frozen_array("uv_from_mesh_uv", self.uv_from_mesh_uv, (3, 3)))
 
+    @property
+    def shape_key(self) -> tuple[str, str, str, str]:
+        """What a kernel must know of it: how it is read, not what it shows."""
+        return "image", self.color_space, self.extension, self.interpolation
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MixedPaint:
@@ -63,9 +69,9 @@ class MixedPaint:
     second: Paint
 
 
-Paint = Color | Spectrum | ImageTexture | SpectralImage | MixedPaint
+Paint = Color | Spectrum | ImageTexture | SpectralImage | MixedPaint | Computed
 """A color that varies with wavelength, with place, or with both."""
-Scalar = float | ImageTexture
+Scalar = float | ImageTexture | Computed
 """A plain number, or one per place (the mean of an image's color channels)."""
 
 

@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
-from spectral_core.scene.paint import Color, Paint, Scalar, gray
+from spectral_core.scene.paint import Color, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -15,6 +18,7 @@ class Diffuse:
 
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.0
+    normal: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,6 +31,11 @@ class Glossy:
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.5
     multiple_scattering: bool = True
+    anisotropy: Scalar = 0.0
+    rotation: Scalar = 0.0
+    tangent: Computed | None = None
+    distribution: Literal["ggx", "beckmann"] = "ggx"
+    normal: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +45,41 @@ class Glass:
     color: Paint = field(default_factory=lambda: gray(1.0))
     roughness: Scalar = 0.0
     ior: float | Spectrum = 1.5
+    normal: Computed | None = None
+    reflects: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Translucent:
+    """Lambertian transmission: light leaves on the other side."""
+
+    color: Paint = field(default_factory=lambda: gray(0.8))
+    normal: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Toon:
+    """A lobe with a hard or soft edge around the normal or, ``glossy``, around the mirrored direction."""
+
+    color: Paint = field(default_factory=lambda: gray(0.8))
+    size: Scalar = 0.5
+    smooth: Scalar = 0.0
+    glossy: bool = False
+    normal: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Metal:
+    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021)."""
+
+    color: Paint = field(default_factory=lambda: gray(0.6))
+    edge_tint: Paint = field(default_factory=lambda: gray(0.7))
+    roughness: Scalar = 0.5
+    anisotropy: Scalar = 0.0
+    rotation: Scalar = 0.0
+    tangent: Computed | None = None
+    multiple_scattering: bool = True
+    normal: Computed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,15 +107,19 @@ class Principled:
     ior: float | Spectrum = 1.5
     alpha: Scalar = 1.0
     specular_level: float = 0.5
-    anisotropic: float = 0.0
+    specular_tint: Paint = field(default_factory=lambda: gray(1.0))
+    anisotropic: Scalar = 0.0
+    anisotropic_rotation: Scalar = 0.0
+    tangent: Computed | None = None
     transmission: Scalar = 0.0
-    coat_weight: float = 0.0
-    coat_roughness: float = 0.03
+    coat_weight: Scalar = 0.0
+    coat_roughness: Scalar = 0.03
     coat_ior: float = 1.5
     coat_tint: Paint = field(default_factory=lambda: gray(1.0))
     diffuse_roughness: Scalar = 0.0
     multiple_scattering: bool = True
-    sheen_weight: float = 0.0
+    sheen_weight: Scalar = 0.0
+    normal: Computed | None = None
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
 
@@ -93,7 +141,94 @@ class AddSurface:
     second: Surface
 
 
-Surface = Diffuse | Glossy | Glass | Transparent | Emission | Principled | MixSurface | AddSurface
+Closure = Diffuse | Glossy | Glass | Translucent | Toon | Metal | Transparent | Emission | Principled
+Surface = Closure | MixSurface | AddSurface
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """A product of factors and of complements of factors: ``Π value`` or ``Π (1 - value)``."""
+
+    factors: tuple[tuple[Scalar, bool], ...] = ()
+
+    def times(self, value: Scalar, *, complement: bool = False) -> Weight:
+        """This weight times ``value`` or ``1 - value``."""
+        return Weight((*self.factors, (value, complement)))
+
+    @property
+    def constant(self) -> float:
+        """Product of the factors that are plain numbers, each held within [0, 1]."""
+        product = 1.0
+        for value, complement in self.factors:
+            if isinstance(value, (int, float)):
+                held = min(max(float(value), 0.0), 1.0)
+                product *= 1 - held if complement else held
+        return product
+
+    @property
+    def varying(self) -> tuple[tuple[Scalar, bool], ...]:
+        """The factors that are not plain numbers."""
+        return tuple(item for item in self.factors if not isinstance(item[0], (int, float)))
+
+
+def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Closure]]:
+    """The closures that a surface is mixed and added from, with their weights; those of weight 0 are left out."""
+    stack: list[tuple[Weight, Surface | None]] = [(weight, surface)]
+    while stack:  # no recursion: a tree may be thousands of mixes deep
+        amount, item = stack.pop()
+        if item is None or amount.constant == 0:
+            continue
+        if isinstance(item, MixSurface):
+            stack.append((amount.times(item.factor), item.second))
+            stack.append((amount.times(item.factor, complement=True), item.first))
+        elif isinstance(item, AddSurface):
+            stack += [(amount, item.second), (amount, item.first)]
+        else:
+            yield amount, item
+
+
+def leaves(surface: Surface | None) -> Iterator[Closure]:
+    """Every closure that a surface is mixed and added from, whatever its weight."""
+    stack = [surface]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, (MixSurface, AddSurface)):
+            stack += [item.second, item.first]
+        elif item is not None:
+            yield item
+
+
+def map_leaves(surface: Surface, change: Callable[[Closure], Surface]) -> Surface:
+    """The surface with every closure changed; the same object where nothing changes."""
+    if isinstance(surface, (MixSurface, AddSurface)):
+        first, second = map_leaves(surface.first, change), map_leaves(surface.second, change)
+        same = first is surface.first and second is surface.second
+        return surface if same else replace(surface, first=first, second=second)
+    return change(surface)
+
+
+def values_of(surface: Surface | None) -> Iterator[Any]:
+    """Every color, number and normal in a surface, factors of mixes included."""
+    stack: list[Surface | None] = [surface]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, (MixSurface, AddSurface)):
+            stack += [item.second, item.first]
+            if isinstance(item, MixSurface):
+                yield item.factor
+        elif item is not None:
+            yield from (getattr(item, name) for name in type(item).__slots__)
+
+
+def programs_of(surface: Surface | None) -> Iterator[Program]:
+    """Every program in a surface."""
+    stack = list(values_of(surface))
+    while stack:
+        value = stack.pop()
+        if isinstance(value, Computed):
+            yield value.program
+        elif isinstance(value, MixedPaint):
+            stack += [value.factor, value.first, value.second]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

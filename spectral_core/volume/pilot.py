@@ -26,11 +26,11 @@ Array = NDArray[np.float64]
 
 PILOT_RAYS = 4096
 MOST_RAYS = 16 * PILOT_RAYS
-# Processor time of one iteration of the loop, in iterations of the uniform midpoint march, and of a ray before its
-# first iteration; measured over the fields of `volume-auto`.
-_ITERATION = {("uniform", "midpoint"): 1.0, ("uniform", "preintegrated"): 1.1}
-_ADAPTIVE_ITERATION = {"midpoint": 1.1, "preintegrated": 1.25}
-_RAY = 1.2
+# Processor time of one iteration of the loop, in iterations of the uniform midpoint march with one record packet, and
+# of a ray before its first iteration; measured over the fields of `volume-auto`.
+_ADAPTIVE, _PREINTEGRATED, _PACKET, _RAY = 0.1, 0.05, 0.1, 1.2
+# Uniform steps fall in and out of tune with the voxels, and some coarser ones do better than finer ones.
+_TUNING = (1.12, 1.26, 1.41)
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which every rule's steps have met their own limits
 
 
@@ -54,6 +54,7 @@ class Trial:
     """A way of stepping tried on the pilot rays: SNR in dB, and samples and iterations of the loop per ray.
 
     ``spread`` is the standard error of the error energy relative to that energy: 0 if the rays are all pixels.
+    ``iteration`` is the time of one iteration, in those of a uniform midpoint march.
     """
 
     stepping: Stepping
@@ -61,12 +62,12 @@ class Trial:
     samples: float
     steps: float
     spread: float = 0.0
+    iteration: float = 1.0
 
     @property
     def cost(self) -> float:
         """Time of the march in iterations of a midpoint march, per ray."""
-        way = (self.stepping.rule, self.stepping.quadrature)
-        return _RAY + _ITERATION.get(way, _ADAPTIVE_ITERATION[way[1]]) * self.steps
+        return _RAY + self.iteration * self.steps
 
 
 class Pilot:
@@ -134,8 +135,24 @@ class Pilot:
             # Standard error of a sum of unequal independent terms. All pixels are no sample: their sum is the truth.
             known = self.is_whole or not energies.any()
             spread = 0.0 if known else float(np.sqrt(np.sum(energies**2)) / np.sum(energies))
-            self._tried[stepping] = Trial(stepping, snr, samples, steps, spread)
+            self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, self._iteration(stepping))
         return self._tried[stepping]
+
+    def _iteration(self, stepping: Stepping) -> float:
+        columns = len(self.transfer.materials) + self.transfer.has_emission
+        integrates = stepping.quadrature == "preintegrated"
+        packets = -(-(2 + (3 if integrates else 2) * columns) // 8)
+        adapts = stepping.rule == "error"
+        return 1.0 + _ADAPTIVE * adapts + _PREINTEGRATED * integrates + _PACKET * (packets - 1)
+
+    def tuned(self, way: Stepping, quality_db: float, within_db: float) -> Trial:
+        """As ``solve``, and then the coarsest of a few steps beyond that reaches the target as well."""
+        best = self.solve(way, quality_db, within_db)
+        if best.snr_db < quality_db:
+            return best
+        scale = best.stepping.scale
+        further = [self.try_out(replace(way, scale=min(scale * factor, _COARSEST))) for factor in _TUNING]
+        return cheapest([best, *further], quality_db)
 
     def solve(self, way: Stepping, quality_db: float, within_db: float, tries: int = 7) -> Trial:
         """The cheapest trial of ``way`` that reaches ``quality_db``; the one of greatest SNR if none does.

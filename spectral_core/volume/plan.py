@@ -24,7 +24,7 @@ from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 # `auto` leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
-_SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.92
+_SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
 # Ways are compared within this many dB above the target, the chosen one is brought this near to it.
 _COMPARED_DB, _CHOSEN_DB = 2.0, 0.3
 _SHORT_DB = 0.5  # below the target that is still called reached: less than a reader of a picture could tell
@@ -110,7 +110,7 @@ def plan(
         if not ways:
             raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
     pilot = Pilot(renderer, view, transfer, quality)
-    trials = tuple(pilot.solve(way, quality, _COMPARED_DB) for way in ways)
+    trials = tuple(pilot.tuned(way, quality, _COMPARED_DB) for way in ways)
     pilot, best = _stated(pilot, pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB), quality)
     return Plan(
         best.stepping, best.snr_db, _interval(best, pilot.reference_db), quality, trials, time.perf_counter() - start

@@ -82,10 +82,11 @@ def test_what_is_noted_is_named_where_it_is_changed(build, translate):
     cycles.film_transparent_glass = True
     bpy.context.view_layer.samples = 7
     tree = material.node_tree
-    texture = tree.nodes.new("ShaderNodeTexImage")
-    texture.texture_mapping.scale = (2, 1, 1)
-    tree.links.new(texture.outputs["Color"], tree.nodes["shader"].inputs["Color"])
+    glass = tree.nodes.new("ShaderNodeBsdfGlass")
+    glass.inputs["Thin Film Thickness"].default_value = 300
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(glass.outputs[0], output.inputs["Surface"])
     notes = {(note.subject, note.message.split(";")[0]) for note in translate().notes}
     assert ("Scene", "Transparent Glass is not simulated") in notes
     assert any(message == "samples of a view layer's own are not used" for _, message in notes)
-    assert any("Texture Mapping in its side panel" in message for _, message in notes)
+    assert any("thin film is left out" in message for _, message in notes)

@@ -43,7 +43,7 @@ def test_every_corner_is_what_blender_says(blender, shading, uvs):
     if shading == "custom":
         source.normals_split_custom_set([(0.0, 0.6, 0.8)] * len(source.loops))
     source.update()
-    mesh = translate_mesh("sphere", source, "" if uvs else None)
+    mesh = translate_mesh("sphere", source, frozenset(("uv",)) if uvs else frozenset())
     expected = corners_in_blender(source, normals=shading != "flat", uvs=uvs)
     np.testing.assert_allclose(corners_of(mesh), expected, atol=1e-6)
     if shading in ("flat", "smooth") and not uvs:
@@ -174,5 +174,7 @@ def test_uv_map_of_the_material_is_the_one_that_moves(build, translate):
     lonely = build.mesh("No UVs", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], material)
     scene = translate()
     by_name = {mesh.name: mesh for mesh in scene.meshes}
-    assert np.all(by_name["Plane"].uvs == 0.25) and np.all(by_name[lonely.data.name].uvs == 0)
-    assert [(note.subject, "no UV map 'Second'" in note.message) for note in scene.notes] == [("No UVs", True)]
+    (moved,) = by_name["Plane"].attributes
+    assert moved.name == "attribute:Second" and np.all(moved.values[:, :2] == 0.25)
+    assert by_name[lonely.data.name].attributes == ()
+    assert [(note.subject, "'Second'" in note.message) for note in scene.notes] == [("No UVs", True)]

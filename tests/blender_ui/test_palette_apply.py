@@ -130,3 +130,32 @@ def test_an_operator_without_a_path_says_so(blender, scene, operator):
             getattr(blender.ops.spectral, operator)()
     finally:
         live.stop()
+
+
+def test_results_of_an_earlier_version_get_their_swatches(blender, scene, tmp_path):
+    """A file that kept linear colors only."""
+    cell = scene.spectral.palette.materials[0].cells[1]
+    before = tuple(cell.actual)
+    for _, each in [(None, c) for material in scene.spectral.palette.materials for c in material.cells]:
+        each.actual_display = each.wanted_display = (0.0, 0.0, 0.0)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "old.blend"))
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "old.blend"))
+    assert tuple(blender.context.scene.spectral.palette.materials[0].cells[1].actual) == pytest.approx(before, abs=1e-6)
+
+
+def test_a_linked_volume_is_refused_by_name(blender, tmp_path):
+    from blender_addon.translate.volume_looks.transfer import stated_transfer, store_transfer
+
+    local = blender.data.volumes.new("Smoke")
+    local.use_fake_user = True
+    from blender_addon.translate.volume_looks.curves import add_material
+
+    add_material(local, "Haze")
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, into):
+        into.volumes = ["Smoke"]
+    linked = blender.data.volumes["Smoke"]
+    with pytest.raises(InvalidInputError, match=r"volume 'Smoke' is linked from library\.blend"):
+        store_transfer(linked, stated_transfer(linked))
+    assert len(linked.spectral.materials) == 1

@@ -85,7 +85,7 @@ def test_a_new_wish_refers_to_what_is_most_often_meant(palette, mode, place, exp
 def test_references_are_toggled_and_refused(blender, palette):
     blender.ops.spectral.palette_select(row=0, column=0)
     cell = palette.materials[0].cells[0]
-    with pytest.raises(RuntimeError, match="select a cell whose wish is"):
+    with pytest.raises(RuntimeError, match="select a cell whose target is"):
         blender.ops.spectral.palette_refer(row=1, column=1)
     cell.mode = "DISTINCT"
     blender.ops.spectral.palette_refer(row=1, column=1)

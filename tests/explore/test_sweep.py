@@ -234,3 +234,16 @@ def test_a_node_that_changed_is_refused(tmp_path: Path) -> None:
     other = FunctionNode.of(str(HERE / "functions.py") + ":picture")
     with pytest.raises(InvalidInputError, match="has changed"):
         run_sweep(sweep.store, other)
+
+
+def test_a_point_whose_workers_were_killed_is_taken_up_by_the_next_run(tmp_path: Path) -> None:
+    sweep = opened(tmp_path, budget=3)
+    ledger = sweep.store.ledger
+    plan = sweep.plan()
+    for how, key in zip(("killed", "failed"), plan.keys, strict=False):
+        ledger.begin(key, "pool")
+        ledger.end_attempt(key, how, "over")
+        ledger.set_aside(key, "over")
+    with ThreadPoolExecutor(1) as threads:
+        report = sweep.run(plan, executor=threads)
+    assert report.computed == 2 and list(report.failures) == [plan.keys[1]]

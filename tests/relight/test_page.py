@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import re
@@ -164,3 +165,26 @@ document.body.append(out);
     assert seen["dropped"][0] > 0.1 and seen["still"] == seen["dropped"]
     np.testing.assert_allclose(seen["after"], bulbs_on_polygon(3)[0], atol=1e-12)
     assert seen["now"] == "100" and seen["text"].startswith("light 0 100 %")
+
+
+def test_the_command_counts_as_the_dial_does(tmp_path: Path, rng: np.random.Generator) -> None:
+    """In the middle of the dial as bright as recorded, with four lights too; the page starts from --mix."""
+    from spectral_core.cli import main
+    from spectral_core.render.relight.transport_file import read_transport, write_transport
+
+    transport = replace(transport_of(rng.uniform(0, 1, (4, 3, 5, 6))), view=steep())
+    file = tmp_path / "t.exr"
+    write_transport(file, transport)
+    back = read_transport(file)
+    assert back.view is not None and back.view.name == "Steep"
+    np.testing.assert_allclose(back.view.table, steep().table, atol=1e-5)
+
+    out, page = tmp_path / "middle.npy", tmp_path / "dial.html"
+    assert main(["relight", str(file), "--dial", "0,0", "--mix", "light 2=0.5", "--out", str(out)]) == 0
+    expected = relight(transport, mix={"light 2": 0.5})[::-1, :, :3]
+    np.testing.assert_allclose(np.load(out), expected, rtol=1e-5)
+    assert main(["relight", str(file), "--mix", "light 2=0", "--html", str(page)]) == 0
+    found = re.search(r'"half": "([^"]*)"', page.read_text("utf-8"))
+    assert found
+    layers = np.frombuffer(base64.b64decode(found[1]), np.float16).reshape(4, 5, 6, 3)
+    assert not layers[2].any() and layers[1].any()

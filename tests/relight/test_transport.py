@@ -220,16 +220,6 @@ def test_a_recording_that_memory_cannot_hold_is_refused_with_what_fits(scene, mo
         record_transport(scene, storage, render=lambda *_, **__: pytest.fail("it must not render"))
 
 
-def test_exact_transport_records_on_the_scalar_renderer_too(scene):
-    small = replace(
-        scene,
-        film=replace(scene.film, width=4, height=3, samples=2),
-        settings=replace(scene.settings, variant="scalar"),
-    )
-    transport = record_transport(small, ExactStorage(SpectralGrid.uniform(380, 780, 50)))
-    assert transport.channels.shape == (3, 27, 3, 4) and np.isfinite(transport.channels).all()
-
-
 def test_a_colored_light_is_as_bright_from_bands_as_it_was(scene):
     """A light's color dims it: what it is relit with is the same, not one of the luminance of white."""
     rendered = render_scene(replace(scene, settings=replace(scene.settings, transport="spectral"))).pixels

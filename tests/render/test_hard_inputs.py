@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.render import Bands, choose_backend, describe_backend, render_scene
 from spectral_core.scene import (
     AreaLight,
@@ -238,13 +238,14 @@ def test_bands_are_checked():
 
 
 def test_variants_are_chosen_and_refused(monkeypatch):
-    assert choose_backend("rgb", "scalar").variant == "scalar_rgb"
+    with pytest.raises(InvalidInputError, match="'scalar' cannot render rgb transport; choose cuda or llvm"):
+        choose_backend("rgb", "scalar")
     with pytest.raises(InvalidInputError, match="'llvm_ad_rgb' cannot render spectral"):
         choose_backend("spectral", "llvm_ad_rgb")
     with pytest.raises(InvalidInputError, match="'vulkan' cannot"):
         choose_backend("rgb", "vulkan")
     monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "/nowhere/libLLVM.so")
-    fallback = choose_backend("spectral")
-    assert fallback.variant == "scalar_spectral" and "no LLVM library from version 17 on was found" in fallback.notes[0]
+    with pytest.raises(MissingDependencyError, match=r"needs the LLVM library, version 17.*DRJIT_LIBLLVM_PATH"):
+        choose_backend("spectral")
     report = describe_backend()
     assert report["llvm_library"] is None and any("LLVM" in problem for problem in report["problems"])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.render import choose_backend, render_scene
+from spectral_core.render import render_scene
 from spectral_core.scene import Color, Film, PointLight, Principled, SpotLight
 from tests.render.scenes import lit_plane, matrix
 
@@ -34,8 +34,6 @@ def _frame(number):
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_a_moving_scene_uses_one_kernel(transport):
-    if choose_backend("rgb").is_scalar:
-        pytest.skip("the scalar renderer compiles nothing")
     import drjit
 
     def frame(number):

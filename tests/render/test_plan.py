@@ -25,6 +25,7 @@ from spectral_core.scene import (
     MixSurface,
     PointLight,
     Principled,
+    Rays,
     RenderSettings,
     ScatteringMedium,
     Transparent,
@@ -183,3 +184,36 @@ def test_the_plan_as_rows():
     rows = plan_effects(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
     assert len(rows) == 10
     assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"}
+
+
+def test_slots_that_no_face_shows_and_objects_that_no_ray_meets_call_for_nothing():
+    """A glass slot that no face wears, and a glass object that every ray passes, leave the bounces of a matt scene."""
+    scene = lit_plane(LAMP)
+    glass = Material("glass", Glass())
+    floor = scene.instances[0]
+    matt = plan_effects(scene).bounces
+    with_slot = replace(
+        scene,
+        materials=(*scene.materials, glass),
+        instances=(replace(floor, materials=(*floor.materials, "glass")),),
+    )
+    assert plan_effects(with_slot).bounces == matt
+    hidden = replace(floor, name="hidden", materials=("glass",), hidden_from=Rays.ALL)
+    assert plan_effects(replace(with_slot, instances=(floor, hidden))).bounces == matt
+    seen = replace(hidden, hidden_from=Rays.CAMERA)
+    assert plan_effects(replace(with_slot, instances=(floor, seen))).bounces > matt
+
+
+def test_the_scenes_own_limit_on_bounces_holds_and_says_so():
+    scene = lit_plane(LAMP)
+    limited = replace(scene, settings=replace(scene.settings, scene_bounces=1))
+    assert plan_effects(limited).bounces == 1
+    assert "the scene's light paths end there" in plan_effects(limited)["bounces"].reason
+    assert plan_effects(replace(scene, settings=replace(scene.settings, scene_bounces=500))).bounces > 1
+
+
+def test_a_color_temperature_alone_needs_no_spectral_transport():
+    warm = replace(LAMP, color=catalogue.blackbody(3000), is_planckian=True)
+    plan = lambda lamp: plan_effects(replace(lit_plane(lamp), settings=RenderSettings()))  # noqa: E731
+    assert not plan(warm).is_spectral
+    assert plan(replace(warm, is_planckian=False)).is_spectral

@@ -150,3 +150,25 @@ def test_what_is_clear_in_one_brick_is_not_in_the_next(rng):
     for origin, direction in rays:
         got, wanted = through(volume, transfer, origin, direction, 0.2)
         assert got < 1.5 * wanted + 1e-4
+
+
+@pytest.mark.parametrize(("clear_after", "integral_after", "way", "missed"), [
+    (0.0, 1.0, 6.0, True),  # ends on what shows, although it could have come that far
+    (2.0, 1.5, 6.0, True),  # something lies between the values on both sides
+    (1.0, 1.0, 9.0, True),  # long enough to have gone there and back
+    (1.0, 1.0, 6.0, False),
+])  # fmt: skip
+def test_each_sign_of_a_miss_is_heeded(clear_after, integral_after, way, missed):
+    pytest.importorskip("drjit")
+    import drjit.llvm as types
+
+    from spectral_core.llvm_library import use_newest_llvm
+    from spectral_core.volume.march.quadrature import PreintegratedState, _missed
+
+    use_newest_llvm()
+
+    def state(clear, integral):
+        return PreintegratedState(types.Float(0), types.UInt32(0), [types.Float(integral)], types.Float(clear), None)
+
+    got = _missed(state(5.0, 1.0), state(clear_after, integral_after), types.Float(way), types.Float(1.0))
+    assert got.numpy()[0] == missed

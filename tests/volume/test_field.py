@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scalar field's border: what it takes, keeps and refuses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -67,3 +69,14 @@ def test_spacing_origin_and_corners(scale):
     assert np.allclose(corners.min(0), [4.5, -1, -1.5]) and np.allclose(corners.max(0), [6.5, 5, 1.5])
     assert np.allclose(volume.to_index @ volume.to_world, np.eye(4))
     assert np.allclose(volume.voxel_size, np.array([1, 2, 3]) * scale)
+
+
+def test_more_voxels_than_dr_jit_can_number_are_refused():
+    pytest.importorskip("drjit")
+    import drjit.llvm as types
+
+    from spectral_core.volume.march.device import DeviceVolume
+
+    data = np.broadcast_to(np.zeros((1, 1, 1), np.uint8), (2048, 2048, 1024))
+    with pytest.raises(InvalidInputError, match=r"'ct' has 2048×2048×1024 = 4,294,967,296 voxels; fewer than 2\^32"):
+        DeviceVolume(types, SimpleNamespace(name="ct", data=data, shape=data.shape))

@@ -259,14 +259,14 @@ def _devices(_board: bpy.types.PropertyGroup) -> list[str]:
 
 
 def register() -> None:
-    """Follow the bindings, and let go of devices when another file is opened."""
+    """Follow the bindings, and close devices when another file is opened."""
     hooks.listen(Topic.BOARD, lambda properties: rebind(properties.id_data))
     hooks.listen(Topic.BOARD_DEVICES, _devices)
     bpy.app.handlers.load_pre.append(_before_load)
 
 
 def unregister() -> None:
-    """Let go of devices."""
+    """Close the devices."""
     hooks.ignore(Topic.BOARD, Topic.BOARD_DEVICES)
     bpy.app.handlers.load_pre.remove(_before_load)
     stop()

@@ -48,6 +48,11 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
     world = scene.world
     if world is not None:
         group = getattr(world, "lightgroup", "") or ("World" if one_per_light else "")
+        # a lamp of that name has a bulb of its own: the core numbers the second one, as Blender does
+        taken, name, number = ({member.group for member in found} if one_per_light else set()), group, 0
+        while group in taken:
+            number += 1
+            group = f"{name}.{number:03d}"
         found += [Member(group, world, -1, *entry) for entry in _glowing(world)]
     return found
 

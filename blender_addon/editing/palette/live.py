@@ -5,6 +5,7 @@ import bpy
 
 from ...properties import hooks
 from ...properties.hooks import Topic
+from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
 from ..deferred import Deferred, redraw
 from .solve import finish_live, forget_solutions, solve_live
@@ -62,7 +63,14 @@ def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
         LIVE.request(scene)
 
 
-HANDLERS = ("undo_post", "redo_post")
+@bpy.app.handlers.persistent
+def _after_load(*_: object) -> None:
+    """A file was opened, perhaps one of an earlier version."""
+    for scene in bpy.data.scenes:
+        show_stored_colors(scene.spectral.palette)
+
+
+HANDLERS = {"undo_post": _after_undo, "redo_post": _after_undo, "load_post": _after_load}
 LISTENERS = {
     Topic.PALETTE: edited,
     Topic.PALETTE_LIVE: _live_switched,
@@ -74,14 +82,14 @@ def register() -> None:
     """Follow edits, and solve again after undo and redo."""
     for topic, listener in LISTENERS.items():
         hooks.listen(topic, listener)
-    for name in HANDLERS:
-        getattr(bpy.app.handlers, name).append(_after_undo)
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     """Follow no more, and forget what waits."""
-    for name in HANDLERS:
-        getattr(bpy.app.handlers, name).remove(_after_undo)
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(*LISTENERS)
     LIVE.cancel()
     forget_solutions()

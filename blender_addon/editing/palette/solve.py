@@ -37,7 +37,7 @@ def solve_live(scene: Scene) -> PaletteSolution | None:
 
 
 def finish_live(scene: Scene) -> PaletteSolution | None:
-    """What ``solve_live`` leaves out for speed: all rounds, and which cells stand in each other's way."""
+    """Finish what ``solve_live`` leaves out for speed: all rounds, and the explanation of conflicts."""
     from spectral_core.palette import solve_palette
 
     palette = scene.spectral.palette
@@ -61,7 +61,7 @@ def _solve(
             return None
         except Exception as error:  # a timer has nobody else to tell it to
             traceback.print_exc()
-            palette.message = f"the solver stopped on an error of ours ({type(error).__name__}: {error})"
+            palette.message = f"the solver failed unexpectedly ({type(error).__name__}: {error})"
             palette.is_stale = True
             return None
         store_solution(palette, solution, finished=finished)

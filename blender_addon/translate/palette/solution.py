@@ -30,8 +30,7 @@ def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finishe
         wanted = solution.target_linear_rgb[row, column]
         cell.actual_linear = solution.actual_linear_rgb[row, column]
         cell.wanted_linear = wanted if np.isfinite(wanted).all() else cell.actual_linear
-        cell.actual_display = display_rgb_from_linear(cell.actual_linear)
-        cell.wanted_display = display_rgb_from_linear(cell.wanted_linear)
+        _show_colors(cell)
         cell.delta_e = error if np.isfinite(error) else NO_ERROR
         cell.has_result = True
     palette.status, palette.remedy = str(solution.status), solution.remedy
@@ -41,6 +40,19 @@ def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finishe
     palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
     if finished or palette.status == "solved":
         _store_conflicts(palette, solution)
+
+
+def _show_colors(cell: PropertyGroup) -> None:
+    """The colors of a result as a screen shows them."""
+    cell.actual_display = display_rgb_from_linear(cell.actual_linear)
+    cell.wanted_display = display_rgb_from_linear(cell.wanted_linear)
+
+
+def show_stored_colors(palette: PropertyGroup) -> None:
+    """Give the results of a file from an earlier version, which kept linear colors only, their colors on the screen."""
+    for _, cell in places(palette):
+        if cell.has_result and not any(cell.actual_display) and not any(cell.wanted_display):
+            _show_colors(cell)
 
 
 def _store_conflicts(palette: PropertyGroup, solution: PaletteSolution) -> None:

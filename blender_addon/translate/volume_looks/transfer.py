@@ -12,7 +12,7 @@ from spectral_core.volume.transfer import Material, TransferFunction
 
 from ... import compat
 from ...properties.volume import RANGE_KEY
-from ..spectra.stored import spectrum_of, store_spectrum
+from ..spectra.stored import require_editable, spectrum_of, store_spectrum
 from .curves import add_material, clear, curve_points, set_curve
 
 GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
@@ -98,6 +98,7 @@ def store_transfer(volume: Volume, stated: TransferDocument) -> None:
     """Replace the materials of a Volume. Raises InvalidInputError where they are not in fractions and voxels."""
     if (stated.values, stated.length) != ("fraction", "voxel"):
         raise InvalidInputError("a volume keeps fractions of its range, per voxel; fit the function to it first")
+    require_editable(volume)
     transfer = stated.transfer
     colors = np.clip(display_matrix(transfer), 0.0, 1.0) @ np.linalg.inv(_rgb_from_working()).T
     clear(volume)

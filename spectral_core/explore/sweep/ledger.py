@@ -144,7 +144,7 @@ class Ledger:
             return cursor.rowcount == 1
 
     def end_attempt(self, key: str, how: str, message: str) -> None:
-        """Note how the open attempt of a point ended: "failed" or "interrupted"."""
+        """Note how the open attempt of a point ended: "failed", "killed" or "interrupted"."""
         with self.transaction() as database:
             database.execute(
                 "UPDATE attempts SET ended = ?, how = ?, message = ? WHERE key = ? AND ended IS NULL",
@@ -183,6 +183,17 @@ class Ledger:
             return database.execute(
                 "UPDATE points SET state = 'pending', reason = NULL WHERE state = 'failed'"
             ).rowcount
+
+    def retry_killed(self) -> int:
+        """Take points up again that were set aside only because their workers were killed from outside."""
+        own_fault = "SELECT key FROM attempts WHERE how = 'failed'"
+        with self.transaction() as database:
+            found = database.execute(
+                f"SELECT key FROM points WHERE state = 'failed' AND key NOT IN ({own_fault})"
+            ).fetchall()
+            database.executemany("DELETE FROM attempts WHERE key = ? AND how = 'killed'", found)
+            database.executemany("UPDATE points SET state = 'pending', reason = NULL WHERE key = ?", found)
+            return len(found)
 
     def set_manual(self, name: str, values: Mapping[str, float | int | str | None]) -> None:
         """Set a manual column at some points; None erases."""

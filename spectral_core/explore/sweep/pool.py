@@ -32,6 +32,9 @@ BOOTSTRAP = (
 )
 LOG_TAIL_BYTES = 4000
 START_LIMIT_S = 120.0
+MAX_STARTS = 10
+KILLED_FROM_OUTSIDE = (9, 15)
+"""SIGKILL and SIGTERM: of a user, a scheduler or a system without memory."""
 
 
 class WorkerDied(RenderError):
@@ -137,8 +140,18 @@ class WorkerPool(Executor):
         if process is None or not process.alive:
             if process is not None:
                 process.end()
-            process = self._processes[index] = _Process(self._command, self._threads)
+            process = self._processes[index] = self._started()
         return process
+
+    def _started(self) -> _Process:
+        """A new process; one that is killed from outside while it starts had no task, so it is started again."""
+        for _ in range(MAX_STARTS - 1):
+            try:
+                return _Process(self._command, self._threads)
+            except WorkerDied as death:
+                if death.signal not in KILLED_FROM_OUTSIDE or self._closed:
+                    raise
+        return _Process(self._command, self._threads)
 
 
 class _Task:

@@ -17,15 +17,14 @@ from typing import Any
 
 from spectral_core.errors import RenderError, SpectralError
 from spectral_core.explore.sweep.files import only_holder
-from spectral_core.explore.sweep.pool import WorkerDied, WorkerPool
+from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.task import Receipt, compute_point
 
 MAX_FAILURES = 2
 """Attempts that end with an error or a crash before a point is set aside: the first, and one elsewhere."""
-MAX_INTERRUPTIONS = 5
-"""Attempts that were killed from outside (SIGKILL, SIGTERM) before a point is set aside."""
-KILLED_FROM_OUTSIDE = (9, 15)
+MAX_KILLS = 5
+"""Attempts that were killed from outside before a point is set aside; the next run takes it up again."""
 TABLE_EVERY_S = 15.0
 
 
@@ -145,6 +144,7 @@ class _Run:
         report, store = self.report, self.store
         report.recovered = store.recover()
         store.ledger.interrupt_open()
+        store.ledger.retry_killed()
         chosen = None if keys is None else set(keys)
         rows = [row for row in store.ledger.rows() if chosen is None or row.key in chosen]
         self.parameters = {row.key: row.parameters for row in rows}
@@ -207,9 +207,9 @@ class _Run:
         killed = isinstance(error, WorkerDied) and error.signal in KILLED_FROM_OUTSIDE
         text = str(error) if isinstance(error, SpectralError) else f"{type(error).__name__}: {error}"
         ledger = self.store.ledger
-        ledger.end_attempt(key, "interrupted" if killed else "failed", text)
-        limit = MAX_INTERRUPTIONS if killed else MAX_FAILURES
-        if ledger.attempts(key, "interrupted" if killed else "failed") >= limit:
+        how = "killed" if killed else "failed"
+        ledger.end_attempt(key, how, text)
+        if ledger.attempts(key, how) >= (MAX_KILLS if killed else MAX_FAILURES):
             ledger.set_aside(key, text)
             self.report.failures[key] = text
         else:

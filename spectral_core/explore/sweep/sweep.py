@@ -131,7 +131,8 @@ class Sweep:
         views = self.store.project.views
         key = self.store.key(reference)
         if views.get(REFERENCE_KEY, {}).get("key") != key:
-            receipt = compute_point(self.node, reference, self.store.project.seed, key, None)
+            # another seed: with the same one a picture would share part of the reference's noise
+            receipt = compute_point(self.node, reference, self.store.project.seed + 1, key, None)
             for name, content in receipt.contents.items():
                 from spectral_core.explore.sweep.files import write_whole
 

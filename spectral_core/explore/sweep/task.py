@@ -8,6 +8,7 @@ system when its holder ends, keeps two workers off the same point; the second fi
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,6 +19,9 @@ from spectral_core.explore.features.png import display_png, exr_bytes, has_exr
 from spectral_core.explore.sweep.files import file_lock, json_text, require_file_name, write_whole
 from spectral_core.explore.sweep.outcome import Outcome, plain_values
 from spectral_core.explore.sweep.parameters import Value
+
+MAX_WARM = 8
+"""Nodes that a process keeps with what they have loaded; the oldest is let go."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,19 @@ class Receipt:
     contents: dict[str, bytes] = field(default_factory=dict)
     computed: bool = True
     """False where another worker had committed the point already."""
+
+
+_nodes: dict[tuple[type, str, int], Any] = {}
+
+
+def _warm(node: Any) -> Any:
+    """The node of this process and thread that computes the same: each task brings a copy that has kept nothing yet."""
+    address = (type(node), node.fingerprint, threading.get_ident())
+    if address not in _nodes:
+        if len(_nodes) >= MAX_WARM:
+            _nodes.pop(next(iter(_nodes)))
+        _nodes[address] = node
+    return _nodes[address]
 
 
 def compute_point(
@@ -85,6 +102,7 @@ def commit_files(folder: Path, key: str, record: Mapping[str, Any], contents: Ma
 def _computed(
     node: Any, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
 ) -> tuple[dict[str, Any], dict[str, bytes]]:
+    node = _warm(node)
     start = time.perf_counter()
     outcome: Outcome = node(parameters, seed)
     seconds = time.perf_counter() - start

@@ -44,6 +44,7 @@ class Anchored:
 
     def gauge(self, vectors: Matrix) -> Matrix:
         """g(v) of vectors (N, n) from the center, (N,); the region is g <= 1."""
+        # The gauge of an intersection is the largest of the gauges: each constraint alone says how far to grow.
         value = np.zeros(len(vectors))
         for start in range(0, len(self.rows), 64):  # in blocks, so that memory stays proportional to the vectors
             value = np.maximum(value, (vectors @ self.rows[start : start + 64].T).max(axis=1))
@@ -65,6 +66,7 @@ def _anchored_box(region: Region, low: Matrix, high: Matrix) -> Anchored:
     center, half = 0.5 * low + 0.5 * high, 0.5 * (high - low)
     _check_resolution(center, half)
     n = len(center)
+    # Relative to its center, a box is symmetric: both faces of an axis are equally far.
     rows = np.concatenate([np.diag(1.0 / half), np.diag(-1.0 / half)])
     return Anchored(region, center, rows, np.diag(1.0 / half) / np.sqrt(n), np.zeros(n), None)
 
@@ -72,6 +74,7 @@ def _anchored_box(region: Region, low: Matrix, high: Matrix) -> Anchored:
 def _anchored_ball(region: Region, norm_ball: NormBall) -> Anchored:
     _check_resolution(norm_ball.center, norm_ball.radii)
     n = len(norm_ball.center)
+    # The half-spaces around the ball prune the search early; the norm itself decides.
     local = NormBall(np.zeros(n), norm_ball.radii, norm_ball.p)
     rows, limits = local.outer_rows()
     metric = np.diag(1.0 / (norm_ball.radii * norm_ball.outer_radius()))
@@ -91,6 +94,8 @@ def _anchored_general(region: Region) -> Anchored:
     size = float(np.abs(bounds).max()) or 1.0
     bounds = bounds / size
     ball = _rescaled(region.norm_ball, shift, size)
+    # The linear program knows the ball by half-spaces only. Where its center lies outside the ball, the tangent plane
+    # that separates it joins them, and the next center is nearer.
     for _ in range(MAX_TANGENTS):
         start, radius = _chebyshev_center(rows, bounds)
         center = _analytic_center(rows, bounds, start) if radius > THINNEST else start
@@ -108,6 +113,7 @@ def _anchored_general(region: Region) -> Anchored:
             f"{abs(max(radius, 0.0)):.3g} of its size; expected above {THINNEST:g}. It is empty, flat or too thin: "
             "widen the bounds or leave out the direction that should not vary"
         )
+    # Divided by its slack, every row is 1 where it is met: rows become unit-free, as the gauge needs them.
     slacks = bounds - rows @ center
     scaled_rows = rows / slacks[:, None]
     metric, middle = _enclosing_ellipsoid(scaled_rows)
@@ -116,6 +122,8 @@ def _anchored_general(region: Region) -> Anchored:
     if ball is None:
         return Anchored(region, where, scaled_rows / size, metric / size, middle * size, None)
     local = NormBall((ball.center - center) * size, ball.radii * size, ball.p)
+    # Two ellipsoids hold the region: one from its half-spaces, one from the ball that they cut. The smaller one leaves
+    # fewer partial choices to the search.
     around_cap = cap_ellipsoid(local, scaled_rows / size)
     if np.linalg.slogdet(around_cap[0])[1] > np.linalg.slogdet(metric / size)[1]:  # the smaller ellipsoid
         return Anchored(region, where, scaled_rows / size, *around_cap, local)
@@ -150,6 +158,7 @@ def _require_bounded(rows: Matrix) -> None:
     n = rows.shape[1]
     if len(rows) > n and np.linalg.matrix_rank(rows) == n:
         count = len(rows)
+        # Farkas: a direction in which no row grows exists exactly when no such combination does.
         answer = linprog(np.ones(count), A_eq=rows.T, b_eq=np.zeros(n), bounds=(1.0, None), method="highs")
         if answer.status == 0:
             return
@@ -164,6 +173,7 @@ def _chebyshev_center(rows: Matrix, bounds: Matrix) -> tuple[Matrix, float]:
 
     n = rows.shape[1]
     lengths = np.linalg.norm(rows, axis=1)
+    # A ball of radius r around x is inside when row·x + r ‖row‖ <= bound: linear in (x, r) together.
     matrix = np.column_stack([rows, lengths])
     answer = linprog(np.r_[np.zeros(n), -1.0], A_ub=matrix, b_ub=bounds, bounds=(None, None), method="highs")
     if answer.status != 0:
@@ -179,6 +189,7 @@ def _analytic_center(rows: Matrix, bounds: Matrix, start: Matrix) -> Matrix:
         gradient = scaled.sum(axis=0)
         step = -np.linalg.solve(scaled.T @ scaled, gradient)
         decrement = float(np.sqrt(max(-gradient @ step, 0.0)))
+        # The damping of self-concordant barriers (Nesterov and Nemirovskii): the step never leaves the region.
         center = center + step / (1.0 + decrement)
         if decrement < 1e-9:
             break
@@ -197,6 +208,7 @@ def _enclosing_ellipsoid(rows: Matrix) -> tuple[Matrix, Matrix]:
     if np.linalg.matrix_rank(rows[used]) < rows.shape[1]:  # the weights were cut too far: take all that were found
         used = np.flatnonzero(weights > 0)
     weights, widths = weights[used], _opposite_widths(rows, used)
+    # Completing the square of the weighted sum of products gives center and radius in closed form.
     hessian = (rows[used] * weights[:, None]).T @ rows[used]
     slope = (weights * (widths - 1.0)) @ rows[used]
     center = -0.5 * np.linalg.solve(hessian, slope)
@@ -210,6 +222,7 @@ def _optimal_weights(rows: Matrix) -> Matrix:
     weights = np.full(len(rows), 1.0 / len(rows))
     for _ in range(300):
         inverse = np.linalg.inv((rows * weights[:, None]).T @ rows)
+        # At the optimum no row that is used sticks out more than another: its gain is 1.
         gain = np.einsum("ij,jk,ik->i", rows, inverse, rows, optimize=True) / n
         weights = weights * gain
         weights /= weights.sum()
@@ -241,6 +254,7 @@ def _ball_gauge(ball: NormBall, vectors: Matrix) -> Matrix:
     """Gauge of a ball around a point that need not be its center, by bisection on the factor (60 halvings)."""
     if not ball.center.any():
         return ball.norms(vectors)
+    # The center is at least this deep inside, so the gauge lies between |v| / 4 and |v| / reach.
     reach = 1.0 - float(ball.norms(np.zeros((1, len(ball.center))))[0])  # the gauge is at most |v| / reach
     high = np.linalg.norm(np.abs(vectors / ball.radii), ord=ball.p, axis=1) / reach + 1e-300
     low = 0.25 * high * reach

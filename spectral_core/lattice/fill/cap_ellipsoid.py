@@ -28,6 +28,7 @@ def cap_ellipsoid(ball: NormBall, rows: Matrix) -> tuple[Matrix, Matrix]:
     normals, limits = rows * scale, 1.0 - rows @ ball.center
     shape, middle = np.eye(n), np.zeros(n)
     for _ in range(MAX_CUTS if n > 1 else 0):
+        # Distance of each plane from the middle, in units of the ellipsoid's extent across it.
         across = normals @ shape
         lengths = np.sqrt(np.maximum(np.einsum("ij,ij->i", across, normals), 1e-300))
         depths = (normals @ middle - limits) / lengths

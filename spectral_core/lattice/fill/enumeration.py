@@ -43,6 +43,7 @@ class Window:
     """
 
     def __init__(self, region: Anchored, basis: Matrix, offset: Matrix) -> None:
+        # In the metric the region is round; a reduced basis there makes early coordinates decide as much as late ones.
         whitened = region.metric @ basis
         self._change = lll(whitened)
         frame, self._r = np.linalg.qr(whitened @ self._change)
@@ -50,8 +51,10 @@ class Window:
         every = np.linalg.solve((frame.T @ region.metric).T, region.rows.T).T
         # The nearest planes prune nearly all that all do; the last coordinate is tested against every one.
         self._rows = every[np.argsort(-np.linalg.norm(every, axis=1), kind="stable")[:MAX_PRUNING_ROWS]]
+        # The triangular factor lets coordinates be fixed from the last to the first, each by those after it.
         self._start = frame.T @ (region.metric @ offset)
         self._middle = frame.T @ (region.metric @ region.ellipsoid_center)
+        # How much a row may still change by the open coordinates, per unit of what the ellipsoid leaves them.
         self._reach = np.sqrt(np.cumsum(np.c_[np.zeros(len(self._rows)), self._rows**2], axis=1))
         self._cuts: dict[int, Matrix] = {0: every}
         self.nodes = 0
@@ -67,6 +70,7 @@ class Window:
         limit = gauge * (1.0 + _SLACK)
         done: list[Integers] = []
         found_so_far = 0
+        # Depth first, in chunks: memory is bounded by the depth, not by the number of partial choices.
         stack = [(n, np.zeros((1, 0), dtype=np.int64))]
         while stack:
             level, chosen = stack.pop()
@@ -91,6 +95,7 @@ class Window:
         """Partial choices with one more coordinate, those dropped that cannot lie in the region."""
         r, known = self._r, self._coordinates(chosen, level + 1)
         base = self._start[level] + chosen @ r[level, level + 1 :]
+        # Fincke and Pohst: what the fixed coordinates have used of the radius is gone for the open ones.
         spent = ((known - limit * self._middle[level + 1 :]) ** 2).sum(axis=1)
         half = np.sqrt(np.maximum(limit**2 - spent, 0.0))
         low, high = limit * self._middle[level] - half, limit * self._middle[level] + half
@@ -104,6 +109,7 @@ class Window:
         counts = np.maximum(np.floor(last + _SLACK).astype(np.int64) - first + 1, 0)
         self._count_nodes(int(counts.sum()))
         parent = np.repeat(np.arange(len(chosen)), counts)
+        # All choices of all parents at once: an arange that starts anew for every parent.
         k = first[parent] + np.arange(len(parent)) - np.repeat(np.cumsum(counts) - counts, counts)
         extended = np.concatenate([k[:, None], chosen[parent]], axis=1)
         if level == 0:
@@ -121,6 +127,7 @@ class Window:
     def _within_halfspaces(self, chosen: Integers, level: int, limit: float) -> Integers:
         """Drop choices for which a half-space lies beyond the reach of the open coordinates in the ellipsoid."""
         keep = []
+        # In blocks of 32 MB, whatever the number of rows.
         block = max(1, 4_000_000 // (len(self._rows) + 1))
         for start in range(0, len(chosen), block):
             known = self._coordinates(chosen[start : start + block], level)
@@ -138,8 +145,10 @@ class Window:
         for _ in range(_ROUNDS):
             if self.programs + _SAMPLE > MAX_PROGRAMS or len(chosen) < 2000:
                 break
+            # One program costs as much as a thousand tests, and its cut serves all partial choices alike.
             sample = rng.choice(len(chosen), _SAMPLE, replace=False)
             cuts = [cut for cut in (self._cut_at(known[i], level, limit) for i in sample) if cut is not None]
+            # Most of the sample has a completion: more cuts would find little to drop.
             if len(cuts) < _SAMPLE // 4:
                 break
             new = np.array(cuts)
@@ -153,11 +162,13 @@ class Window:
         from scipy.optimize import linprog
 
         self.programs += 1
+        # Least gauge t with rows · (open, known) <= t: the last column is -t.
         rows = np.column_stack([self._rows[:, :level], -np.ones(len(self._rows))])
         fixed = self._rows[:, level:] @ known
         answer = linprog(np.r_[np.zeros(level), 1.0], A_ub=rows, b_ub=-fixed, bounds=(None, None), method="highs")
         if answer.status != 0 or answer.fun <= limit:
             return None
+        # By duality this combination of rows holds for every completion, so it is a statement on what is fixed.
         factors = np.maximum(-answer.ineqlin.marginals, 0.0)
         row: Matrix = (factors @ self._rows[:, level:]) / factors.sum()
         # A dual that is slightly off must not cut the region: what it leaves on open coordinates widens the cut.

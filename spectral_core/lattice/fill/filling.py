@@ -49,14 +49,17 @@ def fill_exactly(
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
+    # The lattice starts with a cell as large as the region's ellipsoid; only ratios of gauges count afterwards.
     unit = math.exp(
         -float(np.linalg.slogdet(anchored.metric)[1]) / n
     )  # a length of the region, so that gauges are near 1
     for _ in range(MAX_DRAWS):
+        # An offset drawn over one cell makes every placement of the lattice equally likely.
         turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
         basis = unit * (turn @ lattice.generator)
         offset = unit * (turn @ lattice.reduced @ (rng.random(n) - 0.5))
         gauges, coefficients = _nearest(anchored, basis, offset, count)
+        # Any scale between the two gauges gives exactly m; their middle is the farthest from both borders.
         inner, outer = (0.0 if count == 0 else float(gauges[count - 1])), float(gauges[count])
         shrink = 2.0 / (inner + outer)
         frame = _frozen_frame(lattice, turn, shrink * unit, anchored.center + shrink * offset)
@@ -112,8 +115,10 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
     """Gauges, ascending, and coordinates of the lattice points nearest to the center: at least count + 1 of them."""
     n = len(basis)
     expected = expected_count(anchored.region, anchored.metric, float(np.linalg.slogdet(basis)[1]))  # at gauge 1
+    # Counts scatter by about the square root: ask for enough that one search nearly always suffices.
     wanted = 1.1 * (count + 1) + 3.0 * np.sqrt(count + 1.0) + 4.0
     known = anchored.region.log_volume() is not None
+    # Without a volume formula the ellipsoid overstates the region: start small and grow.
     gauge = float((wanted / expected) ** (1.0 / n)) * (1.0 if known else 0.6)
     window = Window(anchored, basis, offset)
     for _ in range(MAX_GROWTHS):
@@ -123,6 +128,7 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
         if len(inside) > count:
             order = inside[np.argsort(gauges[inside], kind="stable")][: count + 64]
             return gauges[order], coefficients[order]
+        # Few points tell little about the density: grow by a fixed share instead of by extrapolation.
         few = len(inside) < 16
         gauge *= 1.0 + 1.5 / n if few else min(2.0, float((1.02 * wanted / len(inside)) ** (1.0 / n)))
     raise SolveError(

@@ -114,6 +114,7 @@ class Frame:
             if not here.any():
                 continue
             basis = self.basis(each)
+            # One sum for all points of a level, in a fixed order of additions: equal addresses give equal bits.
             local = np.zeros((int(here.sum()), self.dimensions))
             for j in range(self.dimensions):
                 local += coefficients[here, j, None].astype(np.float64) * basis[:, j]
@@ -125,6 +126,7 @@ class Frame:
         steps = CosetDigits.of(self.lattice)
         coefficients = coefficients.copy()
         own = np.full(len(coefficients), level)
+        # From the finest level down: a point whose digit is 0 is already in the next coarser lattice.
         for each in range(level, 0, -1):
             here = np.flatnonzero(own == each)
             coarser = here[steps.digits(coefficients[here]) == 0]
@@ -144,6 +146,7 @@ class Frame:
         anchored = anchor(region)
         basis = self.basis(level)
         expected = expected_count(region, anchored.metric, float(np.linalg.slogdet(basis)[1]))
+        # Too large a guess only postpones the cuts of the search; too small a one would start them needlessly.
         if region.log_volume() is None:
             expected = min(expected, 5000.0)  # from the ellipsoid, which may be far too large; the search counts
         if expected > 1.5 * MAX_POINTS:
@@ -192,6 +195,7 @@ class CosetDigits:
         """Digits of a lattice's dilation."""
         dilation, rate, n = lattice.dilation, lattice.rate, lattice.dimensions
         determinant = round(float(np.linalg.det(dilation)))
+        # K⁻¹ = adj(K) / det K: integer products and one exact division, no rounding at any size.
         adjugate = np.rint(np.linalg.inv(dilation) * determinant).astype(np.int64)
         # Every row of adj(K) vanishes on K Zⁿ modulo the rate; one that reaches 1 tells all cosets apart.
         for row in adjugate % rate:
@@ -216,6 +220,7 @@ class CosetDigits:
 
 def random_rotation(dimensions: int, rng: np.random.Generator) -> Matrix:
     """Rotation or reflection drawn uniformly (QR of a Gaussian matrix with the signs of R made positive)."""
+    # Without the signs QR would prefer some rotations (Mezzadri 2007).
     q, r = np.linalg.qr(rng.standard_normal((dimensions, dimensions)))
     return np.asarray(q * np.sign(np.diag(r)))
 

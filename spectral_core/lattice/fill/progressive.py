@@ -59,9 +59,11 @@ class ProgressivePoints:
             raise InvalidInputError(f"the points are at level {MAX_LEVEL}, the finest; take a smaller region to go on")
         positions, coefficients = self.frame.points_in(self.region, self.level + 1)
         digits = CosetDigits.of(self.frame.lattice)
+        # Digit 0 is the coarser lattice, whose points are here already.
         fresh = digits.digits(coefficients) != 0
         positions, coefficients = positions[fresh], coefficients[fresh]
         order = progressive_order(self.frame.lattice, coefficients, self.level + 1, self.shifts)
+        # A coarse point has coordinates K k on the next level; its position and bits stay.
         old = self.coefficients @ self.frame.lattice.dilation.T
         return ProgressivePoints(
             self.frame,
@@ -86,6 +88,7 @@ class ProgressivePoints:
                 "the two sets of points come from different frames, so no point is shared by design"
             )
         mine, theirs = (self._addresses(), other._addresses())
+        # By address, not by position: points are equal where their integers are.
         index = {address: i for i, address in enumerate(theirs)}
         pairs = [(i, index[address]) for i, address in enumerate(mine) if address in index]
         array = np.array(pairs, dtype=np.int64).reshape(-1, 2)
@@ -161,6 +164,7 @@ def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:
     left = coefficients
     shifts: list[int] = []
     while len(left) > 1 and len(shifts) < MAX_DIGITS:
+        # The fullest of rate cosets holds at least 1 / rate of the points: no prefix can run dry.
         cosets = digits.digits(left)
         fullest = int(np.bincount(cosets, minlength=lattice.rate).argmax())
         left = digits.divide(left[cosets == fullest], fullest)
@@ -184,12 +188,14 @@ def progressive_order(lattice: Lattice, coefficients: Integers, level: int, shif
             packed.append(_packed(columns, lattice.rate))
             columns = []
         coarser = place - level
+        # Levels finer than the fill keep their own digits; below it the fullest coset is renamed 0.
         shift = shifts[coarser] if 0 <= coarser < len(shifts) else 0
         cosets = digits.digits(left)
         named = (cosets - shift) % lattice.rate
         columns.append(named)
         # The coset that is named 0 must divide to K⁻¹ (k - shift·step); the others keep their distance from it.
         left = digits.divide(left - shift * digits.step, named)
+        # Points with equal digits so far form a group; once each is alone, further digits cannot change the order.
         groups = np.unique(groups * lattice.rate + named, return_inverse=True)[1].reshape(-1)
         if len(groups) == 0 or groups.max() + 1 == len(groups):
             break
@@ -199,6 +205,7 @@ def progressive_order(lattice: Lattice, coefficients: Integers, level: int, shif
 
 def _packed(columns: list[Integers], rate: int) -> Integers:
     """Digits of one word as an integer, most significant first."""
+    # As many digits as 62 bits hold, so that sorting compares few integers.
     word = np.zeros(len(columns[0]) if columns else 0, dtype=np.int64)
     for column in columns:
         word = word * rate + column

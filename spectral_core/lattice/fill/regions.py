@@ -39,6 +39,7 @@ class NormBall:
     def outer_rows(self) -> tuple[Matrix, Matrix]:
         """Half-spaces (rows, bounds) that contain the ball and touch it: its box and, near p = 1, its sign planes."""
         n = len(self.center)
+        # Near p = 1 the ball is a cross polytope, of which its box is a poor picture: add the planes of its facets.
         signs = np.concatenate([np.eye(n), -np.eye(n)])
         limits = np.ones(2 * n)
         if self.p < 1.25 and 1 < n <= MAX_SIGN_ROWS_DIMENSIONS:
@@ -51,6 +52,7 @@ class NormBall:
     def tangent_row(self, point: Matrix) -> tuple[Matrix, float]:
         """Half-space a·x <= b that contains the ball and cuts off ``point`` outside it (b is its support value)."""
         scaled = (point - self.center) / self.radii
+        # The gradient of the norm is normal to its level set; scaled by the dual norm its support value is 1.
         if math.isinf(self.p):
             gradient = np.where(np.abs(scaled) == np.abs(scaled).max(), np.sign(scaled), 0.0)
             gradient /= np.abs(gradient).sum()
@@ -92,6 +94,7 @@ class Region:
             low, high = self.box_limits
             return np.asarray(((given >= low) & (given <= high)).all(axis=1))
         inside = np.ones(len(given), dtype=bool)
+        # In blocks, so that memory stays proportional to the points.
         for start in range(0, len(self.rows), 64):
             inside &= (given @ self.rows[start : start + 64].T <= self.bounds[start : start + 64]).all(axis=1)
         if self.norm_ball is not None:
@@ -133,6 +136,7 @@ def box(low: ArrayLike, high: ArrayLike) -> Region:
     lower = frozen_array("low", low, (None,))
     upper = frozen_array("high", high, (len(lower),))
     _check_dimensions(len(lower))
+    # The width itself may overflow where both limits are finite.
     width = upper - lower
     require_finite("width of the box", width)
     if not (width > 0).all():

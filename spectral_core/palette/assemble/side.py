@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences, subspace_errors
+from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.view import Row, Side, View
 from spectral_core.palette.assemble.wishes import Group, Target, Wishes
 from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.qp.quadratic import Block, Quadratic, RowKey
@@ -26,27 +26,11 @@ from spectral_core.spectra.color import XYZ_FROM_RGB, lab_jacobian_from_linear_r
 from spectral_core.spectra.spectrum import SpectralGrid
 
 Array = NDArray[np.float64]
-Side = Literal["reflectances", "lights"]
 
 COLOR_NORM = np.sqrt(3.0)
 """Color rows are divided by √3 (below Eq. 5.13), so that one color counts like one spectrum's smoothness."""
 LAB_UNIT = 100.0
 """CIELAB rows are divided by this, so that weights mean about the same as in linear RGB."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Row:
-    """Three rows of a block: one cell in one condition."""
-
-    condition: int
-    cell: CellIndex
-    color: Array | None
-    """The target; None where the cell shares the free color ``column``."""
-    column: int | None
-    weight: float
-    """Squared; infinite where it must hold."""
-    own_weight: float
-    """Squared, whether it must hold or not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,104 +310,3 @@ def _weighted_roughness(grid: SpectralGrid, operator: str, weight: float) -> tup
     """ω_D D, and its square, of one spectrum."""
     rows = weight * second_differences(grid, operator)
     return rows, rows.T @ rows
-
-
-class View:
-    """One side as unknown, the other as known: matrices of cells, whichever way round."""
-
-    def __init__(
-        self,
-        problem: PaletteProblem,
-        wishes: Wishes,
-        side: Side,
-        state: PaletteState,
-        items: tuple[int, ...],
-        metric: Array | None,
-    ) -> None:
-        self.side, self.state, self.metric = side, state, metric
-        self._problem, self._conditions = problem, wishes.conditions
-        self._items = frozenset(items)
-        self._axis = 0 if side == "reflectances" else 1
-        self._matrices: dict[int | None, Array] = {}
-        self._colors: dict[int, Array] = {}
-        self._subspace: Array | None = None
-
-    def is_unknown(self, cell: CellIndex) -> bool:
-        """Whether the cell's factor on this side is designed."""
-        return cell[self._axis] in self._items
-
-    def cells_of(self, item: int) -> list[CellIndex]:
-        """All cells of an item."""
-        if self.side == "reflectances":
-            return [(item, j) for j in range(len(self._problem.lights))]
-        return [(i, item) for i in range(len(self._problem.reflectances))]
-
-    def sees(self, cell: CellIndex, condition: int) -> bool:
-        """Whether a cell looks different under this condition: another observer's, or a variant that its light has."""
-        variant = self._conditions[condition].variant
-        return variant is None or variant < len(self._problem.lights[cell[1]].variants)
-
-    def has_primaries(self, item: int) -> bool:
-        """Whether an item is amounts of primaries."""
-        return self.side == "lights" and self.state.given.primaries[item] is not None
-
-    def size_of(self, item: int) -> int:
-        """Number of unknowns of an item."""
-        primaries = self.state.given.primaries[item] if self.side == "lights" else None
-        return self._problem.grid.size if primaries is None else len(primaries)
-
-    def matrix(self, item: int, row: Row) -> Array:
-        """(3, p) with color = matrix @ unknowns of the item."""
-        seen = self._conditions[row.condition]
-        if self.has_primaries(item):
-            return np.asarray(self.state.primary_matrix(row.cell[0], item)[seen.observer])
-        return np.asarray(self.known_matrices(seen.variant)[seen.observer, row.cell[1 - self._axis]])
-
-    def known_matrices(self, variant: int | None = None) -> Array:
-        """(O, k, 3, n): color matrices of all items of the known side."""
-        if self.side == "lights":
-            return self.state.reflectance_matrices
-        if variant not in self._matrices:
-            self._matrices[variant] = self.state.light_matrices(variant)
-        return self._matrices[variant]
-
-    def colors(self, condition: int) -> Array:
-        """Present colors (R, L, 3)."""
-        if condition not in self._colors:
-            self._colors[condition] = self.state.colors(self._conditions[condition])
-        return self._colors[condition]
-
-    def bare_light(self, item: int) -> Array:
-        """Linear RGB (3, p) of a light by itself, from its unknowns."""
-        own = self.state.given.primary_colors[item]
-        return self.state.kernel.bare[0] if own is None else own.T
-
-    def subspace_errors(self) -> Array:
-        """F (k, 3, n) for every known factor."""
-        if self._subspace is None:
-            problem, knots = self._problem, self._problem.grid.wavelengths_nm
-            if self.side == "lights":
-                surfaces = zip(problem.reflectances, self.state.reflectances, strict=True)
-                known = [item.spectrum.at(knots) if item.spectrum is not None else values for item, values in surfaces]
-            else:
-                known = [self._light_on_grid(j) for j in range(len(problem.lights))]
-            stacked = np.stack([each for each in known if each is not None])
-            exact = self.known_matrices()[0]
-            self._subspace = subspace_errors(problem, stacked, exact, self.state.kernel.bare[0])
-        return self._subspace
-
-    def _light_on_grid(self, j: int) -> Array:
-        light, values, knots = self._problem.lights[j], self.state.lights[j], self._problem.grid.wavelengths_nm
-        if values is None:
-            return self.state.light_scale * light.spectrum.at(knots)
-        if light.primaries:
-            return np.stack([each.at(knots) for each in light.primaries], axis=1) @ values
-        return values
-
-    def subspace_matrix(self, item: int, cell: CellIndex) -> Array:
-        """F of a cell over the unknowns of its item, (3, p)."""
-        matrix = self.subspace_errors()[cell[1 - self._axis]]
-        if not self.has_primaries(item):
-            return np.asarray(matrix)
-        knots = self._problem.grid.wavelengths_nm
-        return np.asarray(matrix @ np.stack([each.at(knots) for each in self._problem.lights[item].primaries], axis=1))

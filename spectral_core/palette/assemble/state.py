@@ -60,9 +60,14 @@ class PaletteState:
             elif primaries is not None:
                 assert values is not None
                 found[:, j] = np.tensordot(values, primaries, axes=1)
-            else:
-                assert values is not None
-                found[:, j] = self.kernel.matrices(values[None])[:, 0]
+        own = [j for j, known in enumerate(self.given.lights) if known is None and self.given.primaries[j] is None]
+        return self._with_designed(found, self.lights, own)
+
+    def _with_designed(self, found: Array, values: tuple[Array | None, ...], which: list[int]) -> Array:
+        """The matrices of spectra on the grid, all at once, written into ``found``."""
+        designed = [each for each in (values[k] for k in which) if each is not None]
+        if designed:
+            found[:, which] = self.kernel.matrices(np.stack(designed))
         return found
 
     @cached_property
@@ -70,12 +75,10 @@ class PaletteState:
         """(O, R, 3, n): color of a light on the grid on each reflectance."""
         found = np.empty((len(self.kernel.observers), len(self.reflectances), 3, self.kernel.grid.size))
         for i, values in enumerate(self.reflectances):
-            known = self.given.reflectances[i]
             if values is None:
-                found[:, i] = known
-            else:
-                found[:, i] = self.kernel.matrices(values[None])[:, 0]
-        return found
+                found[:, i] = self.given.reflectances[i]
+        own = [i for i, values in enumerate(self.reflectances) if values is not None]
+        return self._with_designed(found, self.reflectances, own)
 
     def primary_matrix(self, i: int, j: int) -> Array:
         """(O, 3, p): color of reflectance i under amounts of the primaries of light j."""

@@ -16,8 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembler, Side
+from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.design.fast_lights import PlainPalette
 from spectral_core.palette.design.rounds import Budget, Rounds
 from spectral_core.palette.problem import PaletteProblem
@@ -51,7 +53,7 @@ class _Found:
     objective: float
 
 
-def outer_side(problem: PaletteProblem) -> Side | None:
+def outer_side(problem: PaletteProblem, wishes: Wishes) -> Side | None:
     """The side that L-BFGS-B moves, the other one being solved for; None where neither way applies.
 
     Only bounds may restrict the outer side. Lights that must look white, or exact cells of measured reflectances under
@@ -63,7 +65,8 @@ def outer_side(problem: PaletteProblem) -> Side | None:
     cells = [cell for row in problem.cells for cell in row]
     if problem.match != "linear" and any(cell.others or cell.box is not None for cell in cells):
         return None  # the metric of free colors moves with them, so that φ has no gradient of this form
-    exact = [(i, j) for i, row in enumerate(problem.cells) for j, cell in enumerate(row) if cell.exact]
+    exact = [target.cell for target in wishes.targets if target.exact]
+    exact += [cell for group in wishes.groups for cell, held in zip(group.members, group.exact, strict=True) if held]
     held = any(light.white_xyz is not None or light.luminance is not None for light in problem.lights if light.free)
     if not held and all(problem.reflectances[i].free for i, _ in exact):
         return "lights"
@@ -178,14 +181,12 @@ class _Projected:
     def objective(self, state: PaletteState) -> tuple[float, Array, PaletteState]:
         """φ, its gradient by the outer side, and the state with the best inner side."""
         multipliers: dict[RowKey, Array] = {}
-        smooth = 0.0
         perceptual = self._assembler.problem.match == "perceptual"
         inner = self._assembler.assembled(self._inner, state, perceptual=perceptual)
         answer = self._engine.solve(inner.quadratic)
         state = state.with_values(self._inner, dict(zip(inner.items, answer.values, strict=True)))
         common = dict(zip(inner.group_conditions, answer.colors, strict=True))
-        for block, value, force in zip(inner.quadratic.blocks, answer.values, answer.forces, strict=True):
-            smooth += 0.5 * float(value @ (block.gram @ value))
+        for block, force in zip(inner.quadratic.blocks, answer.forces, strict=True):
             for r, key in enumerate(block.keys):
                 if np.isinf(block.weights[3 * r]):
                     multipliers[key] = force[3 * r : 3 * r + 3]
@@ -204,7 +205,31 @@ class _Projected:
             for block in quadratic.blocks
         ]
         gradient = quadratic.gradient(x, quadratic.forces(x, exact))[colors.size :]
-        return quadratic.objective(x) + smooth, gradient, state
+        objective = inner.quadratic.objective(inner.quadratic.joined(answer.colors, answer.values))
+        return objective + self._beside(inner, outer, x), gradient, state
+
+    def _beside(self, inner: Assembled, outer: Assembled, x: Array) -> float:
+        """What the outer side adds to the inner side's objective: its roughness, and rows that the inner one lacks.
+
+        Those are targets on given inner factors, and groups in which no inner factor is designed.
+        """
+        colors, values = outer.quadratic.split(x)
+        axis = 0 if self._inner == "reflectances" else 1
+        own = {n for n, key in enumerate(outer.group_conditions) if key not in inner.group_conditions}
+        total = 0.0
+        for block, value in zip(outer.quadratic.blocks, values, strict=True):
+            total += 0.5 * float(value @ (block.gram @ value))
+            squares = block.soft_weights * block.misses(value, colors.ravel()) ** 2
+            for r, (_, cell) in enumerate(block.keys):
+                rows = slice(3 * r, 3 * r + 3)
+                columns = np.flatnonzero(block.ties[rows].any(axis=0)) // 3
+                lacking = columns[0] in own if columns.size else cell[axis] not in inner.items
+                total += 0.5 * float(squares[rows].sum()) if lacking else 0.0
+        quadratic = outer.quadratic
+        left = quadratic.known_weights * (quadratic.known_targets + quadratic.known_ties @ colors.ravel()) ** 2
+        for number in own:
+            total += 0.5 * float(left[quadratic.known_ties[:, 3 * number : 3 * number + 3].any(axis=1)].sum())
+        return total
 
 
 def _known(values: Array | None) -> Array:

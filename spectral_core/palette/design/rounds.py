@@ -13,8 +13,9 @@ from time import perf_counter, thread_time
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembled, Assembler, Side
+from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.qp.engine import Answer, Engine
 from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.qp.quadratic import RowKey

@@ -42,7 +42,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     both = len(rounds.sides) == 2
     # A single side is one convex problem; in CIELAB a few rounds settle what its metric is taken at.
     most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
-    outer = outer_side(problem) if both else None
+    outer = outer_side(problem, rounds.assembler.wishes) if both else None
     for number in range(1, most + 1):
         metric = perceptual and number > (LEAD if both else 1)
         if number > LEAD and outer is not None:

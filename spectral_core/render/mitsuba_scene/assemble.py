@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,8 +16,11 @@ from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
-from spectral_core.scene import Color, Light, Note, Rays, Scene, World
+from spectral_core.render.plugins.programs import SceneTables
+from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 
+SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
+"""Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
 UNLIMITED_BOUNCES = 1024
 """Blender's own largest number: a light that counts for so many bounces counts for all."""
 
@@ -52,6 +55,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
+    look_through(context.tables, scene.camera, scene.film)
     shapes = Shapes(context, scene, parts)
     rules, bits = RayRules(), _link_bits(context, scene)
     for number, instance in enumerate(scene.instances):
@@ -63,7 +67,7 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
         rules.add_shapes(placed, hidden_bits, unlit, clear)
     for number, group in enumerate(shapes.groups):  # a scene must hold what its instances show
         description[f"group_{number:06d}"] = group
-    sphere = _bounding_sphere(scene, parts)
+    sphere = _bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
     hidden = []
     for number, item in enumerate(scene.lights):
         for object_number, made in enumerate(light.light_objects(context, item, sphere)):
@@ -107,12 +111,41 @@ def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -
         rules.shadowless.append(emitter)
 
 
-def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh, every volume and the camera."""
+def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
+    """Let shading programs know the camera: its space has +z forward, as Cycles'."""
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    # of a camera that collapses space any inverse serves: it is refused when its rays are made
+    tables.camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
+    width, height = float(film.width), float(film.height) * film.pixel_aspect
+    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
+    perspective = camera.kind == "perspective"
+    size = 2 * float(np.tan(camera.field_of_view_rad / 2)) if perspective else float(camera.orthographic_scale)
+    share_x, share_y = width / side, height / side
+    shift = camera.shift[0] / share_x, camera.shift[1] / share_y
+    tables.window = (size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0)
+
+
+def size_note(radius: float) -> tuple[Note, ...]:
+    """A word on scenes that are too small or too large for 32-bit numbers, whatever their units."""
+    if SMALLEST_SCENE <= radius <= LARGEST_SCENE:
+        return ()
+    text = f"it is {2 * radius:.2g} units across, where 32-bit numbers no longer tell near surfaces apart; scale it"
+    return (Note("Scene", text),)
+
+
+def scene_radius(scene: Scene) -> float:
+    """Radius of the sphere around everything that is placed, the camera among it."""
+    return _bounding_sphere(scene, {mesh.name: [mesh.positions] for mesh in scene.meshes if len(mesh.positions)})[1]
+
+
+def _bounding_sphere(
+    scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]]
+) -> tuple[NDArray[np.float64], float]:
+    """Center and radius around every placed mesh (its positions by name), every volume and the camera."""
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
-        for part in parts[instance.mesh].values():
-            low, high = part.positions.min(axis=0), part.positions.max(axis=0)
+        for part in positions.get(instance.mesh, ()):
+            low, high = part.min(axis=0), part.max(axis=0)
             corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
     for volume in scene.volumes:
@@ -120,4 +153,4 @@ def _bounding_sphere(scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -
         points.append(corners @ volume.world_from_index[:3, :3].T + volume.world_from_index[:3, 3])
     everything = np.concatenate(points)
     low, high = everything.min(axis=0), everything.max(axis=0)
-    return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1.0)
+    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2

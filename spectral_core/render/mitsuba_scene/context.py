@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
-from spectral_core.render.mitsuba_scene.plain import STAND_INS, stand_in
-from spectral_core.scene import Note
+from spectral_core.render.plugins.computed import computed_classes
+from spectral_core.render.plugins.programs import LoadedProgram, SceneTables
+from spectral_core.render.plugins.upsampling import Upsampling
+from spectral_core.scene import Note, Program
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -26,6 +29,29 @@ class Context:
     switches: dict[str, list[Callable[[bool], None]]] | None = None
     notes: list[Note] = field(default_factory=list)
     white: Spectrum | None = None
+
+    @cached_property
+    def tables(self) -> SceneTables:
+        """What shading programs read of the scene."""
+        import drjit
+
+        return SceneTables(self.mitsuba, drjit)
+
+    @cached_property
+    def upsampling(self) -> Upsampling | None:
+        """Colors to spectra at a hit point; None in RGB transport."""
+        import drjit
+
+        return Upsampling(self.mitsuba, drjit) if self.spectral else None
+
+    def computed(self, program: Program, light: Any = None) -> Any:
+        """Texture of a shading program; ``light``: of the white that it tints where it is an emitted color."""
+        kind, _ = computed_classes(self.mitsuba.variant())
+        return kind(LoadedProgram(self.tables, program), self.upsampling, light)
+
+    def constant(self, value: float) -> Any:
+        """Texture of one number, which kernels read instead of knowing."""
+        return computed_classes(self.mitsuba.variant())[1](value)
 
     def note(self, subject: str, message: str) -> None:
         """Remember a note, once."""
@@ -46,13 +72,4 @@ class Context:
         One thread and no merging of equal children: emitters keep their order and identity, so that equal seeds give
         equal paths.
         """
-        if self.mitsuba.variant().startswith("scalar"):
-            description = self._plain(description)
         return self.mitsuba.load_dict(description, parallel=False, optimize=False)
-
-    def _plain(self, description: dict[str, Any]) -> dict[str, Any]:
-        if description["type"] in STAND_INS:
-            self.note("Scalar renderer", STAND_INS[description["type"]])
-            return stand_in(self.mitsuba, description)
-        inner = {name: self._plain(part) for name, part in description.items() if isinstance(part, dict)}
-        return {**description, **inner}

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.scene import Mesh
+from spectral_core.render.plugins.programs import attribute_name
+from spectral_core.scene.geometry import Attribute, Mesh
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,6 +23,7 @@ class Part:
     triangles: NDArray[np.uint32]
     normals: NDArray[np.float32] | None
     uvs: NDArray[np.float32] | None
+    attributes: tuple[Attribute, ...] = ()
 
 
 def split_by_material(mesh: Mesh) -> dict[int, Part]:
@@ -30,7 +32,7 @@ def split_by_material(mesh: Mesh) -> dict[int, Part]:
     indices = np.zeros(len(mesh.triangles), np.uint16) if mesh.material_indices is None else mesh.material_indices
     used = np.unique(indices[solid])
     if used.size == 1 and solid.all():
-        return {int(used[0]): Part(mesh.name, mesh.positions, mesh.triangles, mesh.normals, mesh.uvs)}
+        return {int(used[0]): Part(mesh.name, mesh.positions, mesh.triangles, mesh.normals, mesh.uvs, mesh.attributes)}
     return {int(index): _subset(mesh, mesh.triangles[solid & (indices == index)], int(index)) for index in used}
 
 
@@ -40,7 +42,9 @@ def _subset(mesh: Mesh, triangles: NDArray[np.uint32], index: int) -> Part:
     used[triangles.ravel()] = True
     renumbered = (np.cumsum(used) - 1).astype(np.uint32)
     pick = lambda values: None if values is None else values[used]  # noqa: E731
-    return Part(f"{mesh.name}.{index}", mesh.positions[used], renumbered[triangles], pick(mesh.normals), pick(mesh.uvs))
+    attributes = tuple(Attribute(item.name, item.values[used]) for item in mesh.attributes)
+    name = f"{mesh.name}.{index}"
+    return Part(name, mesh.positions[used], renumbered[triangles], pick(mesh.normals), pick(mesh.uvs), attributes)
 
 
 def transformed(part: Part, matrix: NDArray[np.float64]) -> Part:
@@ -55,7 +59,7 @@ def transformed(part: Part, matrix: NDArray[np.float64]) -> Part:
         turned = normals.astype(np.float64) @ _cofactors(linear).T * (-1.0 if mirrored else 1.0)
         lengths = np.linalg.norm(turned, axis=1, keepdims=True)
         normals = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0).astype(np.float32)
-    return Part(part.name, positions, triangles, normals, part.uvs)
+    return Part(part.name, positions, triangles, normals, part.uvs, part.attributes)
 
 
 def _cofactors(linear: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -79,13 +83,15 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
         has_vertex_texcoords=part.uvs is not None,
         props=properties,
     )
+    for attribute in part.attributes:
+        mesh.add_attribute(attribute_name(attribute.name), 3, attribute.values.ravel())
     parameters = mi.traverse(mesh)
     arrays = {"vertex_positions": part.positions, "faces": part.triangles}
     if part.normals is not None:
         arrays["vertex_normals"] = part.normals
     if part.uvs is not None:
         arrays["vertex_texcoords"] = part.uvs
-    for name, array in arrays.items():  # the scalar variants have other array types than mi.Float
+    for name, array in arrays.items():
         parameters[name] = type(parameters[name])(array.ravel())
     parameters.update()
     return mesh

@@ -19,6 +19,7 @@ from spectral_core.render.plugins.shaping import Cone, Luminaire, Shaping
 from spectral_core.scene import (
     AreaLight,
     Color,
+    Computed,
     Falloff,
     ImageTexture,
     Light,
@@ -224,6 +225,10 @@ def world_emitter(context: Context, world: World) -> Any | None:
     if isinstance(world.color, SpectralImage):
         context.note("World", "has a spectral texture; it shines in its color under D65")
         return _environment(context, world, paint.in_daylight(world.color))
+    if isinstance(world.color, Computed):
+        context.note("World", "has a color that varies; its mean lights the scene")
+        typical = Color(np.broadcast_to(world.color.typical, (3,)))
+        return world_emitter(context, World(typical, world.strength, world.world_from_environment, world.group))
     context.note("World", "has a mixed color; the first part of the mix lights the scene")
     first = World(world.color.first, world.strength, world.world_from_environment, world.group)
     return world_emitter(context, first)

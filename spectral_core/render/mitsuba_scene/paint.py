@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
-from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
@@ -47,6 +47,8 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
         return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
+    if isinstance(paint, Computed):
+        return context.computed(paint.program)
     if isinstance(paint, SpectralImage):
         return spectral_image(context, paint, subject)
     return _mixed(context, paint, lambda part: reflectance(context, part, subject))
@@ -58,6 +60,8 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
         return constant_emission(context, paint, strength)
     if isinstance(paint, ImageTexture):
         return _emitting_image(context, paint, strength, subject)
+    if isinstance(paint, Computed):
+        return context.computed(paint.program, constant_emission(context, Color(np.ones(3)), strength))
     if isinstance(paint, SpectralImage):
         context.note(subject, "emits light through a spectral texture; it is emitted in its color under D65")
         return _emitting_image(context, in_daylight(paint), strength, subject)
@@ -122,6 +126,8 @@ def _listed(numbers: Array) -> str:
 
 def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
     """A number as float, or one per place as texture; ``power`` is applied to either."""
+    if isinstance(value, Computed):
+        return context.computed(value.program)
     if not isinstance(value, ImageTexture):
         return float(value) ** power
     amounts = color_pixels(value)
@@ -131,7 +137,7 @@ def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) ->
 def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
     """Like ``scalar``, a texture in both cases."""
     found = scalar(context, value, subject)
-    return context.load({"type": "uniform", "value": found}) if isinstance(found, float) else found
+    return context.constant(found) if isinstance(found, float) else found
 
 
 def image(context: Context, texture: ImageTexture, subject: str) -> Any:

@@ -40,12 +40,16 @@ class Shapes:
         if self._is_shared(instance):
             transform = self.context.mitsuba.ScalarTransform4f(matrix)
             group = self._group(instance)
-            return [self.context.load({"type": "instance", "to_world": transform, "group": group})]
+            placed = self.context.load({"type": "instance", "to_world": transform, "group": group})
+            self.context.tables.place(placed, instance, is_instance=True)
+            return [placed]
         shapes = []
         for index, part in parts.items():
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
-                shapes.append(geometry.mesh_shape(self.context, placed, self._children(instance, index, placed)))
+                shape = geometry.mesh_shape(self.context, placed, self._children(instance, index, placed))
+                self.context.tables.place(shape, instance)
+                shapes.append(shape)
         return shapes
 
     @property

@@ -8,7 +8,6 @@ there is more than one the ``closures`` BSDF adds them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,66 +15,26 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.scene import (
-    AddSurface,
     Color,
     Diffuse,
     Emission,
     Glass,
     Glossy,
-    ImageTexture,
-    MixSurface,
+    Metal,
     Principled,
     Scalar,
     Surface,
+    Toon,
+    Translucent,
     Transparent,
+    Weight,
+    leaves,
+    weighted_leaves,
 )
 from spectral_core.spectra.spectrum import Spectrum
 
 MIRROR_ROUGHNESS = 0.03
 """Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Weight:
-    """A product of factors and complements of factors: ``Π value`` or ``Π (1 - value)``."""
-
-    factors: tuple[tuple[Scalar, bool], ...] = ()
-
-    def times(self, value: Scalar, *, complement: bool = False) -> Weight:
-        """This weight times ``value`` or ``1 - value``."""
-        return Weight((*self.factors, (value, complement)))
-
-    @property
-    def constant(self) -> float:
-        """Product of the factors that are plain numbers."""
-        amounts = [1 - value if off else value for value, off in self.factors if not isinstance(value, ImageTexture)]
-        return float(np.prod([np.clip(amount, 0.0, 1.0) for amount in amounts]))
-
-    def texture(self, context: Context, subject: str) -> Any:
-        """The weight as a Mitsuba texture."""
-        result = context.load({"type": "uniform", "value": self.constant})
-        zero, one = (context.load({"type": "uniform", "value": value}) for value in (0.0, 1.0))
-        for value, complement in self.factors:
-            if isinstance(value, ImageTexture):
-                factor = paint.scalar_texture(context, value, subject)
-                ends = {"first": one, "second": zero} if complement else {"first": zero, "second": one}
-                amount = context.load({"type": "mixed_paint", "factor": factor, **ends})
-                result = context.load({"type": "product_paint", "color": result, "amount": amount})
-        return result
-
-
-def weighted_closures(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Any]]:
-    """The closures of a tree with their weights, those of weight 0 left out."""
-    if surface is None or weight.constant == 0:
-        return
-    if isinstance(surface, MixSurface):
-        yield from weighted_closures(surface.first, weight.times(surface.factor, complement=True))
-        yield from weighted_closures(surface.second, weight.times(surface.factor))
-    elif isinstance(surface, AddSurface):
-        yield from weighted_closures(surface.first, weight)
-        yield from weighted_closures(surface.second, weight)
-    else:
-        yield weight, surface
 
 
 def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
@@ -84,7 +43,7 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
         return context.load({"type": "null"})
     parts = [
         part
-        for weight, closure in weighted_closures(surface)
+        for weight, closure in weighted_leaves(surface)
         for part in _scattering(context, closure, weight, subject)
         if part[0].constant > 0
     ]
@@ -95,23 +54,32 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
     description: dict[str, Any] = {"type": "closures", "count": len(parts)}
     for number, (weight, child) in enumerate(parts):
         description[f"bsdf_{number}"] = child
-        description[f"weight_{number}"] = weight.texture(context, subject)
+        description[f"weight_{number}"] = weight_texture(context, weight, subject)
     return context.load(description)
+
+
+def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
+    """A weight as a Mitsuba texture."""
+    result = context.constant(weight.constant)
+    zero, one = context.constant(0.0), context.constant(1.0)
+    for value, complement in weight.varying:
+        factor = paint.scalar_texture(context, value, subject)
+        ends = {"first": one, "second": zero} if complement else {"first": zero, "second": one}
+        amount = context.load({"type": "mixed_paint", "factor": factor, **ends})
+        result = context.load({"type": "product_paint", "color": result, "amount": amount})
+    return result
 
 
 def is_dark(surface: Surface | None) -> bool:
     """Whether a surface emits nothing."""
-    for _, closure in weighted_closures(surface):
-        emitted = closure.strength if isinstance(closure, Emission) else getattr(closure, "emission_strength", 0.0)
-        if emitted != 0:
-            return False
-    return True
+    emitted = [c.strength if isinstance(c, Emission) else getattr(c, "emission_strength", 0.0) for c in leaves(surface)]
+    return all(isinstance(strength, (int, float)) and strength == 0 for strength in emitted)
 
 
 def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
     """Texture of the radiance that a surface emits, None where it is dark."""
     terms = []
-    for weight, closure in weighted_closures(surface):
+    for weight, closure in weighted_leaves(surface):
         if isinstance(closure, Emission):
             color, strength = closure.color, closure.strength
         elif isinstance(closure, Principled):
@@ -133,16 +101,15 @@ def emission(context: Context, surface: Surface | None, subject: str) -> Any | N
 
 def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight, subject: str) -> Any | None:
     color, strength = emitted
-    constant = 1.0 if isinstance(strength, ImageTexture) else float(strength)
+    constant = float(strength) if isinstance(strength, (int, float)) else 1.0
     constant *= weight.constant
     if constant == 0:
         return None
     texture = paint.emission(context, color, constant, subject)
-    images = [(value, off) for value, off in weight.factors if isinstance(value, ImageTexture)]
-    if images:
-        amount = Weight(tuple(images)).texture(context, subject)
+    if weight.varying:
+        amount = weight_texture(context, Weight(weight.varying), subject)
         texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
-    if isinstance(strength, ImageTexture):
+    if not isinstance(strength, (int, float)):
         amount = paint.scalar(context, strength, subject)
         texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
     return texture
@@ -150,46 +117,106 @@ def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight
 
 def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
     """What one closure scatters, as weighted BSDFs."""
+    for amount, made in _lobes(context, closure, weight, subject):
+        normal = getattr(closure, "normal", None)
+        if normal is not None and made.class_name() != "NullBSDF":
+            plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
+            softens = plain or isinstance(closure, (Diffuse, Translucent))
+            texture = context.computed(normal.program)
+            made = context.load({"type": "bent", "bsdf": made, "normal": texture, "softens": softens})
+        yield amount, made
+
+
+def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
     if isinstance(closure, Diffuse):
         yield weight, _diffuse(context, closure, subject)
     elif isinstance(closure, Glossy):
         yield weight, _glossy(context, closure, subject)
+    elif isinstance(closure, Metal):
+        yield weight, _metal(context, closure, subject)
     elif isinstance(closure, Glass):
         color = paint.reflectance(context, closure.color, subject)
-        yield weight, _glass(context, (color, color, color), closure.roughness, closure.ior, subject)
+        made = _glass(context, (color, color, color), closure, closure.ior, subject)
+        yield weight, made
     elif isinstance(closure, Transparent):
         color = paint.reflectance(context, closure.color, subject)
         yield weight, context.load({"type": "tinted_null", "color": color})
+    elif isinstance(closure, Translucent):
+        color = paint.reflectance(context, closure.color, subject)
+        yield weight, context.load({"type": "blender_translucent", "color": color})
+    elif isinstance(closure, Toon):
+        size, smooth = (paint.scalar_texture(context, value, subject) for value in (closure.size, closure.smooth))
+        color = paint.reflectance(context, closure.color, subject)
+        toon = {"type": "blender_toon", "color": color, "size": size, "smooth": smooth, "glossy": closure.glossy}
+        yield weight, context.load(toon)
     elif isinstance(closure, Principled):
         yield from _principled(context, closure, weight, subject)
 
 
 def _diffuse(context: Context, closure: Diffuse, subject: str) -> Any:
     reflectance = paint.reflectance(context, closure.color, subject)
-    if isinstance(closure.roughness, ImageTexture) or closure.roughness != 0:
+    if closure.roughness != 0:
         roughness = paint.scalar_texture(context, closure.roughness, subject)
         return context.load({"type": "rough_diffuse", "color": reflectance, "roughness": roughness})
     return context.load({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
 
 
+def _is_smooth(roughness: Scalar) -> bool:
+    return isinstance(roughness, (int, float)) and roughness < MIRROR_ROUGHNESS
+
+
+def _direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: Any, subject: str) -> dict[str, Any]:
+    """What makes a lobe anisotropic, nothing where it is not."""
+    if anisotropy == 0 or tangent is None:
+        return {}
+    return {
+        "anisotropy": paint.scalar_texture(context, anisotropy, subject),
+        "rotation": paint.scalar_texture(context, rotation, subject),
+        "tangent": context.computed(tangent.program),
+    }
+
+
 def _glossy(context: Context, closure: Glossy, subject: str) -> Any:
     color = paint.reflectance(context, closure.color, subject)
-    if not isinstance(closure.roughness, ImageTexture) and closure.roughness < MIRROR_ROUGHNESS:
+    if _is_smooth(closure.roughness):
         mirror = {"type": "conductor", "material": "none", "specular_reflectance": color}
         return context.load({"type": "twosided", "bsdf": mirror})
-    roughness = paint.scalar_texture(context, closure.roughness, subject)
-    kept = closure.multiple_scattering
-    return context.load({"type": "blender_glossy", "color": color, "roughness": roughness, "keeps_energy": kept})
+    description = {
+        "type": "blender_glossy",
+        "color": color,
+        "roughness": paint.scalar_texture(context, closure.roughness, subject),
+        "keeps_energy": closure.multiple_scattering,
+        "distribution": closure.distribution,
+        **_direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),
+    }
+    return context.load(description)
+
+
+def _metal(context: Context, closure: Metal, subject: str) -> Any:
+    description = {
+        "type": "blender_glossy",
+        "color": paint.reflectance(context, closure.color, subject),
+        "edge_tint": paint.reflectance(context, closure.edge_tint, subject),
+        "roughness": paint.scalar_texture(context, closure.roughness, subject),
+        "keeps_energy": closure.multiple_scattering,
+        **_direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),
+    }
+    return context.load(description)
 
 
 def _glass(
-    context: Context, colors: tuple[Any, Any, Any], roughness: Scalar, ior: float | Spectrum, subject: str
+    context: Context,
+    colors: tuple[Any, Any, Any],
+    closure: Glass | Principled,
+    ior: float | Spectrum,
+    subject: str,
 ) -> Any:
+    roughness = closure.roughness
     if isinstance(ior, Spectrum):
         texture, nominal = paint.sampled_spectrum(context, ior), float(ior.at(589.3)) or 1.5
     else:
         texture, nominal = context.load({"type": "uniform", "value": float(ior)}), float(ior)
-    smooth = not isinstance(roughness, ImageTexture) and roughness < MIRROR_ROUGHNESS
+    smooth = _is_smooth(roughness)
     description = {
         "type": "blender_glass",
         "reflection_color": colors[0],
@@ -197,6 +224,7 @@ def _glass(
         "ior": texture,
         "nominal_ior": nominal,
         "smooth": smooth,
+        "reflects": getattr(closure, "reflects", True),
     }
     if not smooth:
         description["facet_color"] = colors[2]
@@ -205,9 +233,8 @@ def _glass(
 
 
 def _principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
-    for name, value in (("anisotropic", closure.anisotropic), ("sheen", closure.sheen_weight)):
-        if value != 0:
-            context.note(subject, f"uses {name}, which is left out")
+    if closure.sheen_weight != 0:
+        context.note(subject, "uses sheen, which is left out")
     opaque = weight.times(closure.alpha)
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), context.load({"type": "null"})
@@ -219,7 +246,7 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
         # light passes two surfaces on its way through a body, so each takes half of the color
         half_tint = context.load({"type": "root_paint", "color": base})
         glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
-        yield through, _glass(context, (white, half_tint, base), closure.roughness, glass_ior, subject)
+        yield through, _glass(context, (white, half_tint, base), closure, glass_ior, subject)
     # metal keeps its full share; transmission takes its share from what is not metal
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
@@ -228,11 +255,16 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
         "metallic": paint.scalar_texture(context, closure.metallic, subject),
         "roughness": paint.scalar_texture(context, closure.roughness, subject),
         "ior": ior,
-        "coat_weight": float(np.clip(closure.coat_weight, 0, 1)),
-        "coat_roughness": float(closure.coat_roughness),
+        "coat_roughness": paint.scalar_texture(context, closure.coat_roughness, subject),
         "coat_ior": float(closure.coat_ior),
         "keeps_energy": closure.multiple_scattering,
+        **_direction(context, closure.anisotropic, closure.anisotropic_rotation, closure.tangent, subject),
     }
+    if closure.coat_weight != 0:
+        reflecting["coat_weight"] = paint.scalar_texture(context, closure.coat_weight, subject)
+    if not _is_white(closure.specular_tint):
+        tint = paint.reflectance(context, closure.specular_tint, subject)
+        reflecting |= {"specular_tint": tint, "edge_tint": tint}
     if not _is_white(closure.coat_tint):
         reflecting["coat_tint"] = paint.reflectance(context, closure.coat_tint, subject)
     if closure.diffuse_roughness != 0:

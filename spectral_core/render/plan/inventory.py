@@ -10,29 +10,33 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import (
-    AddSurface,
     AreaLight,
     Color,
+    Computed,
     Diffuse,
     Emission,
     Glass,
     Glossy,
     ImageTexture,
     Material,
+    Mesh,
+    Metal,
     MixedPaint,
-    MixSurface,
     Principled,
+    Rays,
     Scene,
     SpectralImage,
     SunLight,
-    Surface,
+    Translucent,
     Transparent,
+    leaves,
+    values_of,
 )
 from spectral_core.spectra.spectrum import Spectrum
 
 FEWEST_DIFFUSE_BOUNCES, MOST_DIFFUSE_BOUNCES = 2, 32
 
-_IMAGES = (ImageTexture, SpectralImage)
+_IMAGES = (Computed, ImageTexture, SpectralImage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,25 +73,25 @@ class Inventory:
 
 def take_inventory(scene: Scene) -> Inventory:
     """Walk over a scene."""
-    worn = {name for instance in scene.instances for name in instance.materials}
-    materials = [material for material in scene.materials if material.name in worn]
+    shown = _shown_materials(scene)
+    materials = [material for material in scene.materials if material.name in shown]
     which = lambda test: tuple(material.name for material in materials if test(material))  # noqa: E731
     spectral_lights = tuple(
         light.name for light in scene.lights if not light.is_planckian and _has_spectrum(light.color)
     )
     world = ("World",) if not scene.world.is_black and _has_spectrum(scene.world.color) else ()
     spectral_volumes = tuple(volume.name for volume in scene.volumes if volume.transfer.wavelengths_nm is not None)
-    emissive = which(lambda m: any(map(_emits, closures_of(m.surface))))
+    emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
     return Inventory(
-        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, values_of(m)))) + spectral_volumes,
+        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, _values(m)))) + spectral_volumes,
         dispersive=which(_is_dispersive),
         media=which(lambda m: m.medium is not None),
         emissive=emissive,
         transparent=which(_is_transparent),
-        refractive=which(lambda m: any(_refracts(c) for c in closures_of(m.surface))),
-        glossy=which(lambda m: any(isinstance(c, (Glossy, Principled)) for c in closures_of(m.surface))),
-        images=which(lambda m: any(isinstance(p, _IMAGES) for v in values_of(m) for p in _parts(v))),
+        refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
+        glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
+        images=which(lambda m: any(isinstance(p, _IMAGES) for v in _values(m) for p in _parts(v))),
         light_bodies=bodies,
         visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
@@ -96,26 +100,31 @@ def take_inventory(scene: Scene) -> Inventory:
     )
 
 
-def closures_of(surface: Surface | None) -> Iterator[Any]:
-    """The closures that a surface is mixed and added from."""
-    if isinstance(surface, (MixSurface, AddSurface)):
-        yield from closures_of(surface.first)
-        yield from closures_of(surface.second)
-    elif surface is not None:
-        yield surface
+def _shown_materials(scene: Scene) -> set[str]:
+    """Names of the materials that some face of some object shows to some ray."""
+    slots = {mesh.name: _used_slots(mesh) for mesh in scene.meshes}
+    shown: set[str] = set()
+    for instance in scene.instances:
+        if not instance.materials or instance.hidden_from == Rays.ALL:
+            continue
+        last = len(instance.materials) - 1
+        # Blender shows the last slot where an index has none
+        shown.update(instance.materials[min(slot, last)] for slot in slots[instance.mesh])
+    return shown
 
 
-def values_of(material: Material) -> Iterator[Any]:
+def _used_slots(mesh: Mesh) -> tuple[int, ...]:
+    """Material slots that faces of a mesh wear."""
+    if mesh.material_indices is None:
+        return (0,) if len(mesh.triangles) else ()
+    return tuple(int(slot) for slot in np.flatnonzero(np.bincount(mesh.material_indices)))
+
+
+def _values(material: Material) -> Iterator[Any]:
     """Every paint and number of a material."""
-    stack: list[Any] = [material.surface, material.medium]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, (MixSurface, AddSurface)):
-            stack += [item.first, item.second]
-            if isinstance(item, MixSurface):
-                yield item.factor
-        elif item is not None:
-            yield from (getattr(item, name) for name in type(item).__slots__)
+    yield from values_of(material.surface)
+    if material.medium is not None:
+        yield from (getattr(material.medium, name) for name in type(material.medium).__slots__)
 
 
 def _parts(paint: Any) -> Iterator[Any]:
@@ -133,7 +142,7 @@ def _has_spectrum(paint: Any) -> bool:
 def _is_dispersive(material: Material) -> bool:
     return any(
         isinstance(c, (Glass, Principled)) and isinstance(c.ior, Spectrum) and _refracts(c)
-        for c in closures_of(material.surface)
+        for c in leaves(material.surface)
     )
 
 
@@ -154,13 +163,12 @@ def _is_transparent(material: Material) -> bool:
     if material.surface is None:
         return True
     return any(
-        isinstance(c, Transparent) or (isinstance(c, Principled) and c.alpha != 1.0)
-        for c in closures_of(material.surface)
+        isinstance(c, Transparent) or (isinstance(c, Principled) and c.alpha != 1.0) for c in leaves(material.surface)
     )
 
 
 def _largest_reflectance(material: Material) -> float:
-    colors = [c.color for c in closures_of(material.surface) if isinstance(c, Diffuse)]
+    colors = [c.color for c in leaves(material.surface) if isinstance(c, (Diffuse, Translucent))]
     sizes = [_size(part) for color in colors for part in _parts(color)]
     return max(sizes, default=0.0)
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from spectral_core.render.plan.effects import EffectPlan
-from spectral_core.scene import AddSurface, Emission, Glass, Material, MixSurface, Principled, Scene, Surface, World
+from spectral_core.scene import Emission, Glass, Material, Principled, Scene, Surface, World, map_leaves
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 SODIUM_D_NM = 589.3
@@ -38,10 +39,10 @@ def _material(material: Material, plan: EffectPlan) -> Material:
 
 
 def _surface(surface: Surface, plan: EffectPlan) -> Surface:
-    if isinstance(surface, (MixSurface, AddSurface)):
-        first, second = _surface(surface.first, plan), _surface(surface.second, plan)
-        same = first is surface.first and second is surface.second
-        return surface if same else replace(surface, first=first, second=second)
+    return map_leaves(surface, lambda leaf: _closure(leaf, plan))
+
+
+def _closure(surface: Closure, plan: EffectPlan) -> Closure:
     if isinstance(surface, (Glass, Principled)) and isinstance(surface.ior, Spectrum) and not plan.is_on("dispersion"):
         surface = replace(surface, ior=float(surface.ior.at(SODIUM_D_NM)) or 1.5)
     if not plan.is_on("emissive_meshes"):

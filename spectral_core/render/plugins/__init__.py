@@ -14,7 +14,7 @@ _registered: set[str] = set()
 
 def opaque_number(mi: Any, dr: Any, value: float) -> Any:
     """A number that kernels read instead of knowing, so that another value needs no new kernel."""
-    return float(value) if mi.variant().startswith("scalar") else dr.opaque(mi.Float, float(value))
+    return dr.opaque(mi.Float, float(value))
 
 
 def register(variant: str) -> None:
@@ -24,8 +24,18 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins import bsdfs, emitters, environment, glass, matt, rough, spectral_image, textures
+    from spectral_core.render.plugins import (
+        bent,
+        bsdfs,
+        emitters,
+        environment,
+        glass,
+        matt,
+        rough,
+        spectral_image,
+        textures,
+    )
 
-    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass):
+    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass, bent):
         module.register(mitsuba, drjit)
     _registered.add(variant)

@@ -26,6 +26,7 @@ def register(mi: Any, dr: Any) -> None:
             self.reflection_color = properties["reflection_color"]
             self.transmission_color = properties["transmission_color"]
             self.ior, self.smooth = properties["ior"], properties["smooth"]
+            self.reflects = bool(properties.get("reflects", True))
             kinds = (
                 (mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
                 if self.smooth
@@ -47,6 +48,13 @@ def register(mi: Any, dr: Any) -> None:
             value = dr.maximum(value, 1e-3)
             return dr.select(si.wi.z > 0.0, value, dr.rcp(value))
 
+        def reflectance(self, facing: Any, eta: Any) -> tuple[Any, Any, Any]:
+            """Share that is reflected, share that passes, and the cosine inside; Refraction alone reflects nothing."""
+            reflected, inner, _, _ = mi.fresnel(facing, eta)
+            if self.reflects:
+                return reflected, 1.0 - reflected, inner
+            return mi.Float(0.0), dr.select(reflected < 1.0, mi.Float(1.0), 0.0), inner
+
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             eta = self.relative_ior(si, active)
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
@@ -55,8 +63,8 @@ def register(mi: Any, dr: Any) -> None:
                 facets = Microfacets(mi, dr, self.roughness.eval_1(si, active))
                 normal = facets.distribution.sample(wi, sample2)[0]
             facing = dr.dot(wi, normal)
-            reflected, inner, _, _ = mi.fresnel(facing, eta)
-            reflects = sample1 <= reflected
+            reflected, passes, inner = self.reflectance(facing, eta)
+            reflects = (sample1 <= reflected) & (reflected > 0.0)
             refraction = (facing / eta - dr.abs(inner)) * normal - wi / eta
             wo = dr.select(reflects, 2.0 * facing * normal - wi, refraction)
             bs = dr.zeros(mi.BSDFSample3f)
@@ -64,11 +72,11 @@ def register(mi: Any, dr: Any) -> None:
             bs.eta = mi.Float(1.0)
             bs.sampled_type = dr.select(reflects, mi.UInt32(self.kinds[0]), mi.UInt32(self.kinds[1]))
             if self.smooth:
-                bs.pdf = dr.select(reflects, reflected, 1.0 - reflected)
+                bs.pdf = dr.select(reflects, reflected, passes)
                 color = dr.select(
                     reflects, self.reflection_color.eval(si, active), self.transmission_color.eval(si, active)
                 )
-                return bs, dr.select(active, color, 0.0)
+                return bs, dr.select(active & (bs.pdf > 0.0), color, 0.0)
             value, density = self.eval_pdf(ctx, si, bs.wo, active)
             sane = active & (density > 0.0) & (reflects == (wo.z > 0.0)) & (facing > 0.0)
             bs.pdf = dr.select(sane, density, 0.0)
@@ -83,13 +91,13 @@ def register(mi: Any, dr: Any) -> None:
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             wo = mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))
             mirror, mirror_density, facing = facets.reflection(wi, wo)
-            reflected = mi.fresnel(facing, eta)[0]
+            reflected, _, _ = self.reflectance(facing, eta)
             # Walter et al. 2007, Eqs. 16, 17 and 21, with η relative to the side of wi
             half = dr.normalize(wi + wo * eta)
             half = dr.mulsign(half, half.z)
             into, out = dr.dot(wi, half), dr.dot(wo, half)
             crossing = (wo.z < 0.0) & (into > 0.0) & (out < 0.0) & (wi.z > 0.0)
-            passed = 1.0 - mi.fresnel(into, eta)[0]
+            _, passed, _ = self.reflectance(into, eta)
             stretch = dr.square(eta) * dr.abs(out) / dr.maximum(dr.square(into + eta * out), 1e-12)
             through = dr.select(crossing, facets.distribution.pdf(wi, half) * stretch, 0.0)
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))

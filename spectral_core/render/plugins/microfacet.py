@@ -16,26 +16,37 @@ SMALLEST_ALPHA = 1e-3
 
 @dataclass
 class Microfacets:
-    """GGX of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant."""
+    """Facets of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant.
+
+    ``stretch``: alpha along the tangent over alpha across it, as two factors; None where both are alike.
+    """
 
     mi: Any
     dr: Any
     roughness: Any
+    stretch: tuple[Any, Any] | None = None
+    kind: str = "ggx"
 
     def __post_init__(self) -> None:
-        self.alpha = self.dr.maximum(self.roughness * self.roughness, SMALLEST_ALPHA)
-        self.distribution = self.mi.MicrofacetDistribution(
-            self.mi.MicrofacetType.GGX, self.alpha, self.alpha, sample_visible=True
-        )
+        alpha = self.roughness * self.roughness
+        along, across = (alpha, alpha) if self.stretch is None else (alpha * s for s in self.stretch)
+        self.along, self.across = (self.dr.maximum(a, SMALLEST_ALPHA) for a in (along, across))
+        kind = self.mi.MicrofacetType.Beckmann if self.kind == "beckmann" else self.mi.MicrofacetType.GGX
+        self.distribution = self.mi.MicrofacetDistribution(kind, self.along, self.across, sample_visible=True)
 
-    def smith_lambda(self, cosine: Any) -> Any:
-        """Λ of a direction (Heitz 2014, Eq. 72)."""
-        squared = self.dr.maximum(cosine * cosine, 1e-9)
-        return 0.5 * (self.dr.sqrt(1.0 + self.alpha * self.alpha * (1.0 - squared) / squared) - 1.0)
+    def smith_lambda(self, direction: Any) -> Any:
+        """Λ of a direction (Heitz 2014, Eq. 72; Beckmann by Walter et al. 2007)."""
+        dr = self.dr
+        squared = dr.maximum(direction.z * direction.z, 1e-9)
+        slope = (dr.square(self.along * direction.x) + dr.square(self.across * direction.y)) / squared
+        if self.kind != "beckmann":
+            return 0.5 * (dr.sqrt(1.0 + slope) - 1.0)
+        a = dr.rsqrt(dr.maximum(slope, 1e-12))
+        return dr.select(a > 1.6, 0.0, ((0.396 * a - 1.259) * a + 1.0) / ((2.181 * a + 3.535) * a))
 
     def masking(self, wi: Any, wo: Any) -> Any:
         """G2 / G1(wi): what a direction drawn from visible normals weighs."""
-        lambda_i, lambda_o = self.smith_lambda(wi.z), self.smith_lambda(wo.z)
+        lambda_i, lambda_o = self.smith_lambda(wi), self.smith_lambda(wo)
         return (1.0 + lambda_i) / (1.0 + lambda_i + lambda_o)
 
     def mirrored(self, wi: Any, sample: Any) -> Any:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
@@ -18,18 +18,19 @@ from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.render.still import RenderResult, render_scene
 from spectral_core.scene import (
-    AddSurface,
     Color,
     Emission,
     Light,
     Material,
-    MixSurface,
     Principled,
     Scene,
     Surface,
     gray,
+    leaves,
+    map_leaves,
     scene_hash,
 )
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
@@ -207,12 +208,12 @@ def under_flat_light(scene: Scene) -> Scene:
 
 
 def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with the lights of each named group wearing that spectrum: what a relit picture is compared with."""
+    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
 
-    def worn(item: Any) -> Any:
+    def lit(item: Any) -> Any:
         return replace(item, color=spectra[item.group]) if item.group in spectra else item
 
-    return replace(scene, lights=tuple(worn(light) for light in scene.lights), world=worn(scene.world))
+    return replace(scene, lights=tuple(lit(light) for light in scene.lights), world=lit(scene.world))
 
 
 def _colorless(paint: Any) -> Any:
@@ -221,14 +222,15 @@ def _colorless(paint: Any) -> Any:
 
 
 def _colorless_surface(surface: Surface) -> Surface:
-    if isinstance(surface, Emission):
-        return replace(surface, color=_colorless(surface.color))
-    if isinstance(surface, Principled):
-        return replace(surface, emission_color=_colorless(surface.emission_color))
-    if isinstance(surface, (MixSurface, AddSurface)):
-        first, second = _colorless_surface(surface.first), _colorless_surface(surface.second)
-        return replace(surface, first=first, second=second)
-    return surface
+    return map_leaves(surface, _colorless_closure)
+
+
+def _colorless_closure(closure: Closure) -> Closure:
+    if isinstance(closure, Emission):
+        return replace(closure, color=_colorless(closure.color))
+    if isinstance(closure, Principled):
+        return replace(closure, emission_color=_colorless(closure.emission_color))
+    return closure
 
 
 def _group_light(scene: Scene, group: str) -> Spectrum | None:
@@ -252,19 +254,15 @@ def _glowing_materials(scene: Scene) -> set[str]:
 
 def _glowing_paints(scene: Scene, group: str) -> list[Any]:
     """What the glowing objects of a group shine with."""
-    worn = {name for instance in scene.instances if instance.group == group for name in instance.materials}
-    return [paint for material in scene.materials if material.name in worn for paint in _emitted(material)]
+    assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
+    return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]
 
 
 def _emitted(material: Material) -> list[Any]:
-    pending: Sequence[Surface | None] = [material.surface]
     found: list[Any] = []
-    while pending:
-        surface, *pending = pending
-        if isinstance(surface, Emission):
-            found.append(surface.color)
-        if isinstance(surface, Principled) and surface.emission_strength != 0:
-            found.append(surface.emission_color)
-        if isinstance(surface, (MixSurface, AddSurface)):
-            pending = [*pending, surface.first, surface.second]
+    for closure in leaves(material.surface):
+        if isinstance(closure, Emission):
+            found.append(closure.color)
+        if isinstance(closure, Principled) and closure.emission_strength != 0:
+            found.append(closure.emission_color)
     return found

@@ -22,6 +22,8 @@ from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
+LARGEST_SAMPLE = 1e33
+"""Sums of more would overflow in 32 bits after some 100,000 samples."""
 TILE_PIXELS = 1 << 21
 """Pixels per kernel launch. Each launch is recorded anew, which takes longer than tracing a small tile; a full HD
 picture is one launch, and a process that does not hear a cancel meanwhile is ended by its session."""
@@ -136,6 +138,10 @@ class Accumulator:
             ray, cells, within = self._ray(corner, sampler)
             radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
+            # what is finite as radiance may overflow in the measure: it counts as lost as well
+            measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
+            color, finite = dr.select(measured, color, 0.0), finite & measured
+            radiance = dr.select(measured, radiance, 0.0)
             if bands is not None:
                 self._scatter_bands(bands, lane, radiance, (cells, within))
             return index + 1, sums + color, covered + coverage, lost + dr.select(finite, mi.UInt32(0), mi.UInt32(1))

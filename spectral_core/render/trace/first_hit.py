@@ -35,11 +35,6 @@ class FirstHit:
     rules: Tables | None = None
     """Which shapes the camera does not see, and which are holdouts."""
 
-    @property
-    def is_needed(self) -> bool:
-        """Whether walking changes anything."""
-        return bool(self.hidden) or self.transparent
-
     def past_hidden(self, ray: Any) -> Any:
         """The ray, started behind the hidden shapes that lie on its way before anything else."""
         if not self.hidden:

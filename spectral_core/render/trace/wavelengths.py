@@ -111,12 +111,14 @@ def plan_wavelengths(
     widths = np.diff(edges)
     cmfs = _responses_at_1_nm()
     sensitivity = cmfs.sum(axis=0)
+    # Equal shares of each light, not of their powers: a dim lamp alone in a corner is sampled as well as a bright one.
     share = _share_by_cell(edges, sensitivity)
     power = np.zeros_like(share)
     for light in lights:
         power += _share_by_cell(edges, sensitivity, light)
     if power.sum() > 0:
         share = _OBSERVER_SHARE * share + (1 - _OBSERVER_SHARE) * power / power.sum()
+    # The picture's three responses come first, so that every reader knows where they are.
     responses = cmfs if bands is None else np.concatenate([cmfs, bands.responses])
     if bands is not None and follow_bands:
         wanted = _share_by_cell(edges, bands.responses.sum(axis=0))
@@ -136,6 +138,7 @@ def single_precision_spectrum(spectrum: Spectrum) -> tuple[Array, Array]:
     Knots that fall on one number become one.
     """
     knots, values = spectrum.grid.wavelengths_nm, spectrum.values
+    # Whole and half nm are exact in single precision: most spectra pass unchanged.
     rounded = _single(knots)
     if np.array_equal(rounded, knots):
         return knots, values
@@ -144,6 +147,7 @@ def single_precision_spectrum(spectrum: Spectrum) -> tuple[Array, Array]:
         at = np.float32(held[0])
         held = np.array([np.nextafter(at, np.float32(0)), at, np.nextafter(at, np.float32(1e9))], dtype=np.float64)
         index = np.ones(knots.size, dtype=np.intp)
+    # Merged knots give their areas to the one they fall on.
     areas = np.bincount(index, values * _hat_areas(knots), held.size)
     return held, areas / _hat_areas(held)
 
@@ -162,9 +166,11 @@ def _cell_edges(lights: Sequence[Spectrum]) -> Array:
     found, weights = [np.zeros(0)], [np.zeros(0)]
     for light in lights:
         knots, values = single_precision_spectrum(light)
+        # Whole nm are edges anyway.
         between = (knots != np.round(knots)) & (knots > FIRST_NM) & (knots < LAST_NM)
         if between.sum() > MOST_LIGHT_KNOTS:
             # how much a cell without this knot would have its power in the wrong place, relative to the light's
+            # A knot matters by how much the spectrum bends there: feet and tip of a line, not the slope between.
             slope = np.diff(values) / np.diff(knots)
             bend = np.abs(np.diff(slope, prepend=slope[0], append=slope[-1])) * _hat_areas(knots)
             importance = bend * _hat_areas(knots) / max(float((values * _hat_areas(knots)).sum()), 1e-300)
@@ -184,6 +190,7 @@ def _share_by_cell(edges: Array, response: Array, light: Spectrum | None = None)
     points, weights = integration_points(edges, *knots)
     amount = weights * np.interp(points, WAVELENGTHS_NM, response)
     amount = amount if light is None else amount * light.at(points)
+    # Every point lies inside one cell, as edges are among the knots of the rule.
     cell = np.clip(np.searchsorted(edges, points, side="right") - 1, 0, edges.size - 2)
     total = np.maximum(np.bincount(cell, amount, edges.size - 1), 0.0)
     return total / total.sum() if total.sum() > 0 else np.zeros_like(total)
@@ -191,6 +198,7 @@ def _share_by_cell(edges: Array, response: Array, light: Spectrum | None = None)
 
 def _pieces(edges: Array, cmfs: Array, bands: Bands | None) -> Array:
     """Responses at the start, middle and end of each cell, (3, channels, m)."""
+    # Responses are known per whole nm: each cell takes its part of the polynomial of the nm it lies in.
     nm = np.floor(edges[:-1]).astype(np.intp) - FIRST_NM
     ends = (edges[:-1], (edges[:-1] + edges[1:]) / 2, edges[1:])
     within = [end - FIRST_NM - nm for end in ends]
@@ -199,6 +207,7 @@ def _pieces(edges: Array, cmfs: Array, bands: Bands | None) -> Array:
     if bands is None or bands.pieces is None:
         return measured
     first, middle, last = (piece[:, nm] for piece in bands.pieces)
+    # Lagrange's polynomials through start, middle and end.
     quadratic = [first * (1 - t) * (1 - 2 * t) + middle * 4 * t * (1 - t) + last * t * (2 * t - 1) for t in within]
     return np.concatenate([measured, np.stack(quadratic)], axis=1)
 

@@ -16,6 +16,8 @@ export class List {
     this.table = table;
     this.state = state;
     this.on = on;
+    /** @type {number[]} */
+    this.rows = [];
     this.head = document.createElement("div");
     this.head.className = "row head";
     this.body = document.createElement("div");
@@ -64,7 +66,8 @@ export class List {
   }
 
   fill() {
-    const rows = this.rows ?? [];
+    /** @type {number[]} */
+    const rows = this.rows;
     const first = Math.max(0, Math.floor(this.body.scrollTop / ROW) - 5);
     const last = Math.min(rows.length, first + Math.ceil(this.body.clientHeight / ROW) + 10);
     const lines = [];

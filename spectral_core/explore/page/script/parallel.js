@@ -132,7 +132,13 @@ export class Parallel {
       context.fillText(name.length > 16 ? `${name.slice(0, 15)}…` : name, x, k % 2 ? 26 : 13);
       context.fillStyle = ink("--quiet");
       context.textAlign = "right";
-      for (const tick of ticks(column, 5)) context.fillText(tick.text, x - 5, this.axisY(tick.at) + 4);
+      context.lineWidth = 3;
+      context.strokeStyle = ink("--ground");
+      for (const tick of ticks(column, 5)) {
+        context.strokeText(tick.text, x - 5, this.axisY(tick.at) + 4);
+        context.fillText(tick.text, x - 5, this.axisY(tick.at) + 4);
+      }
+      context.lineWidth = 1;
     });
     if (this.drag) {
       context.fillStyle = ink("--accent");

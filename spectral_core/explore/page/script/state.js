@@ -11,13 +11,15 @@ import { rowsOf } from "./selection.js";
 
 /** Most variables that are shown at once when a page is opened (thesis: hide what is over eight dimensions). */
 export const MOST_SHOWN = 8;
+const NARROW = 760;
+const MOST_SHOWN_NARROW = 4;
 
 /** State of a page that is opened for the first time. @param {import("./data.js").Table} table @returns {State} */
 export function freshState(table) {
   const plotted = table.columns.filter((column) => column.values && column.role !== "time");
   const first = plotted.filter((column) => column.role === "parameter");
   const rest = plotted.filter((column) => column.role !== "parameter");
-  const names = [...first, ...rest].map((column) => column.name).slice(0, MOST_SHOWN);
+  const names = [...first, ...rest].map((column) => column.name).slice(0, window.innerWidth < NARROW ? MOST_SHOWN_NARROW : MOST_SHOWN);
   return {
     selection: new Uint8Array(table.count),
     selected: false,

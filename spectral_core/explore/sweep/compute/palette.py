@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A palette problem as a compute node: entries of its document are swept, its colors and errors are the outcome."""
+"""A palette problem as a compute node: its numbers are swept, its colors and errors are the outcome."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ TILE = 24
 
 @dataclass(frozen=True)
 class PaletteNode:
-    """Solves a palette with entries of its document set, such as ``settings.smoothness`` or ``cells[2].weight``."""
+    """Solves a palette with numbers of its problem set, such as ``smoothness`` or ``cells[0][1].weight``."""
 
     document: str
     folder: str
@@ -34,14 +34,13 @@ class PaletteNode:
         from spectral_core.palette.files import read_palette
         from spectral_core.palette.files.document import document_of
 
-        document = document_of(read_palette(palette))
+        problem = read_palette(palette)
+        text = json_text(document_of(problem))
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
         for parameter in space.parameters:
-            set_path(document, parameter.target, parameter.value(0.5))
-        text = json_text(document)
-        return cls(
-            text, str(palette.parent.resolve()), paths, hashlib.sha256((text + repr(paths)).encode()).hexdigest()
-        )
+            set_path(problem, parameter.target, parameter.value(0.5))
+        print_ = hashlib.sha256((text + repr(paths)).encode()).hexdigest()
+        return cls(text, str(palette.parent.resolve()), paths, print_)
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
         import json
@@ -49,12 +48,9 @@ class PaletteNode:
         from spectral_core.palette import solve_palette
         from spectral_core.palette.files.document import problem_of
 
-        document: Any = json.loads(self.document)
+        problem: Any = problem_of(json.loads(self.document), Path(self.folder))
         for name, path in self.paths:
-            document = set_path(document, path, parameters[name])
-        problem = problem_of(document, Path(self.folder))
-        if any(field == "seed" for field in type(problem).__dataclass_fields__):
-            problem = replace(problem, seed=seed)  # type: ignore[call-arg]
+            problem = set_path(problem, path, parameters[name])
         solution = solve_palette(problem)
         errors = np.asarray(solution.delta_e_2000, float)
         asked = errors[~np.isnan(errors)]

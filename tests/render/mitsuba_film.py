@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture's sums on the scalar variants, by Mitsuba's own camera, film and block renderer.
-
-Slow, but it needs no LLVM; and because it shares no camera, filter or film code with ``accumulate``, the tests hold
-one against the other. It shows lights to the camera and knows no partial coverage.
-"""
+"""The picture's sums by Mitsuba's own camera, film and block renderer: what our own ways are held against."""
 
 from __future__ import annotations
 
@@ -19,12 +15,8 @@ from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, Wavelength
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
-LIMITS = (
-    "the scalar renderer shows lights with a size to the camera, and a film with transparent surroundings is opaque"
-)
 
-
-class ScalarSums:
+class FilmSums:
     """Running sums of a picture, with the interface of ``Accumulator``."""
 
     def __init__(self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None) -> None:

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Error against time of the renderer and of the volume march, from sweeps (thesis Fig. 1.2): tables and figures."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import Options
+from spectral_core.explore.analysis.pareto import pareto_front
+from spectral_core.explore.features.expression import as_column
+from spectral_core.explore.page.build import table_of_store, write_page
+from spectral_core.explore.page.static import draw_error_against_time
+from spectral_core.explore.sweep.document import read_sweep
+from spectral_core.explore.sweep.sweep import Sweep
+
+SWEEPS = Path(__file__).parents[1] / "examples" / "sweeps"
+FIGURES = {
+    "renderer_accuracy": ("seconds", ("samples", "bounces", "transport"), "samples"),
+    "volume_accuracy": ("march_seconds", ("step", "quadrature"), "step"),
+}
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Run both sweeps, draw them, and say how the error follows the knob."""
+    figures: dict[str, Any] = {"holds": {}}
+    for name, (time, factors, knob) in FIGURES.items():
+        folder = options.out / name
+        shutil.rmtree(folder.with_suffix(".cdb"), ignore_errors=True)
+        sweep = Sweep(read_sweep(SWEEPS / f"{name}.toml"), folder)
+        report = sweep.run(sweep.plan(8 if options.quick else None), workers=1)
+        columns = sweep.store.columns()
+        errors = [error for error in ("rmse", "delta_e_mean", "flip") if error in columns]
+        picture = draw_error_against_time(options.out / f"{name}.png", columns, time, errors, by=factors)
+        write_page(sweep.store.folder / "explore.html", table_of_store(sweep.store))
+        knobs, error = as_column(columns[knob]), as_column(columns["rmse"])
+        order = float(np.corrcoef(np.log(knobs), np.log(error))[0, 1])
+        front = pareto_front(np.stack([as_column(columns[time]), error], axis=1))
+        figures[name] = {
+            "points": report.total,
+            "figure": str(picture),
+            "error_follows": round(order, 3),
+            "front": len(front),
+        }
+        figures["holds"][f"7 {name}: the error follows {knob}"] = abs(order) > 0.5
+        print(f"{name}: {figures[name]}")
+    return figures

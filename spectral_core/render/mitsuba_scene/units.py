@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Very small scenes in units of their own: Mitsuba's rays start 1e-4 of a unit off their surface, or more far out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Camera, Falloff, Light, Material, Scene, SunLight
+
+SMALLEST_RADIUS = 0.05
+"""Radius of scenes below which they are rendered in units of their own. Large ones are not: a single object far out
+would shrink all others to nothing, and rays start farther off where coordinates are large."""
+
+
+def in_working_units(scene: Scene, radius: float) -> Scene:
+    """The scene scaled to a radius of 1 where it is so small that rays would start beyond it; light is the same.
+
+    Sampled volumes state extinction per unit of their own, so a scene with volumes keeps its size.
+    """
+    if radius >= SMALLEST_RADIUS or scene.volumes or not radius > 0:
+        return scene
+    factor = 1.0 / radius
+    return replace(
+        scene,
+        camera=_camera(scene.camera, factor),
+        instances=tuple(
+            replace(item, world_from_object=_scaled(item.world_from_object, factor)) for item in scene.instances
+        ),
+        lights=tuple(_light(item, factor) for item in scene.lights),
+        materials=tuple(_material(item, factor) for item in scene.materials),
+    )
+
+
+def _scaled(matrix: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
+    return np.diag([factor, factor, factor, 1.0]) @ matrix
+
+
+def _moved(matrix: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
+    """Only the place changes: a camera and a lamp have no size in their matrix."""
+    result = matrix.copy()
+    result[:3, 3] *= factor
+    return result
+
+
+def _camera(camera: Camera, factor: float) -> Camera:
+    names = ("orthographic_scale", "aperture_radius", "focus_distance", "near", "far")
+    # what lies beyond the bounds of a camera's numbers is as good as at them: the scene itself has a radius of 1
+    lengths = {name: min(max(getattr(camera, name) * factor, 0.0), 1e11) for name in names}
+    lengths["focus_distance"] = max(lengths["focus_distance"], 1e-8)
+    return replace(camera, world_from_camera=_moved(camera.world_from_camera, factor), **lengths)
+
+
+def _light(light: Light, factor: float) -> Light:
+    changes: dict[str, Any] = {"world_from_light": _moved(light.world_from_light, factor)}
+    if isinstance(light, SunLight):
+        return replace(light, **changes)
+    # distances grow by the factor, so irradiance needs its square of power; falloff with distance gives some of it
+    changes["power_w"] = light.power_w * factor ** (2 - light.falloff.power)
+    changes["falloff"] = Falloff(light.falloff.power, light.falloff.smooth * factor**2)
+    if hasattr(light, "radius"):
+        changes["radius"] = light.radius * factor
+    else:
+        changes["size"] = (light.size[0] * factor, light.size[1] * factor)
+    return replace(light, **changes)
+
+
+def _material(material: Material, factor: float) -> Material:
+    medium = material.medium
+    if medium is None:
+        return material
+    strength = medium.emission_strength / factor
+    return replace(material, medium=replace(medium, density=medium.density / factor, emission_strength=strength))

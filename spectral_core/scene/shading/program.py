@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A node tree as a program: named operations in order, each reading earlier results; numbers are data.
+
+Two programs of equal ``shape`` differ in numbers, tables and images only, so a renderer may run both with one kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene.shading import arithmetic, colors, geometry, noise, patterns, vectors, voronoi  # noqa: F401
+from spectral_core.scene.shading.numpy_backend import NumPy
+from spectral_core.scene.shading.registry import OPERATIONS
+
+Setting = str | int | float | bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instruction:
+    """One step: ``inputs`` are the numbers of earlier steps.
+
+    ``operation`` is ``"number"`` (1 value) or ``"vector"`` (3) for constants, which ``values`` holds, else a name of
+    ``OPERATIONS``. ``settings`` belong to the shape, ``values`` and ``data`` (a table or an ImageTexture) do not.
+    """
+
+    operation: str
+    inputs: tuple[int, ...] = ()
+    settings: tuple[Setting, ...] = ()
+    values: tuple[float, ...] = ()
+    data: Any = None
+
+    @property
+    def width(self) -> int:
+        """1 for a number, 3 for a color or vector."""
+        return len(self.values) or OPERATIONS[self.operation].result
+
+    @property
+    def shape(self) -> tuple[Any, ...]:
+        """What a kernel must know: everything but numbers and contents."""
+        kind = None if self.data is None else getattr(self.data, "shape_key", ("table", np.shape(self.data)))
+        return self.operation, self.inputs, self.settings, kind
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Program:
+    """Instructions in order; the last one's value is the result."""
+
+    instructions: tuple[Instruction, ...]
+
+    @property
+    def width(self) -> int:
+        """1 for a number, 3 for a color or vector."""
+        return self.instructions[-1].width
+
+    @property
+    def shape(self) -> tuple[Any, ...]:
+        """Equal for programs that one kernel can run."""
+        return tuple(instruction.shape for instruction in self.instructions)
+
+    @property
+    def inputs(self) -> frozenset[str]:
+        """What it reads from the point that is shaded, by name."""
+        return frozenset(str(i.settings[0]) for i in self.instructions if i.operation.endswith("_input")) | frozenset(
+            f"{str(space).lower()}_transform"
+            for i in self.instructions
+            if i.operation == "transformed"
+            for space in i.settings[1:]
+        )
+
+    @property
+    def images(self) -> tuple[Any, ...]:
+        """The images that it reads."""
+        return tuple(i.data for i in self.instructions if i.data is not None and not isinstance(i.data, np.ndarray))
+
+    def evaluate(self, read: Callable[[str, int], Any] | None = None, dtype: Any = np.float64) -> Any:
+        """Compute the value with NumPy.
+
+        Parameters
+        ----------
+        read : inputs by name and shift, arrays (n,) or tuples of three; None where the program reads none.
+        dtype : float64, or float32 for what a renderer computes.
+
+        Returns
+        -------
+        (n,) or (n, 3)
+        """
+        backend = NumPy(dtype)
+        backend.input = lambda name, shift: _arrays(backend, read(name, shift))  # type: ignore[attr-defined, misc]
+        with np.errstate(all="ignore"):
+            result = run(self, backend, lambda i: [backend.number(np.full(1, v)) for v in i.values])
+        return np.stack(np.broadcast_arrays(*result), axis=-1) if isinstance(result, tuple) else np.asarray(result)
+
+
+def _arrays(backend: NumPy, value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(np.atleast_1d(backend.number(part)) for part in value)
+    return np.atleast_1d(backend.number(value))
+
+
+def run(program: Program, backend: Any, constant: Callable[[Instruction], list[Any]]) -> Any:
+    """Value of a program under any backend; ``constant`` gives the numbers of a constant instruction."""
+    results: list[Any] = []
+    for instruction in program.instructions:
+        results.append(step(instruction, results, backend, constant))
+    return results[-1]
+
+
+def step(
+    instruction: Instruction, results: list[Any], backend: Any, constant: Callable[[Instruction], list[Any]]
+) -> Any:
+    """Value of one instruction from those before it."""
+    if instruction.values:
+        numbers = constant(instruction)
+        return numbers[0] if len(numbers) == 1 else tuple(numbers)
+    operands = [results[k] for k in instruction.inputs]
+    if instruction.data is not None:
+        operands.append(instruction.data)
+    return OPERATIONS[instruction.operation].function(backend, *operands, *instruction.settings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Computed:
+    """A color or number that a program computes where light meets the surface."""
+
+    program: Program
+
+    @property
+    def typical(self) -> NDArray[np.float64]:
+        """Mean (1,) or (3,) over a grid of 16 x 16 places: for what needs one value, such as a plan."""
+        return mean_of(self.program)
+
+
+def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
+    """Mean (1,) or (3,) of a program over a square of coordinates from 0 to 1, seen straight from above."""
+    u, v = (c.ravel() for c in np.meshgrid(*(((np.arange(size) + 0.5) / size,) * 2)))
+    zero, one = np.zeros_like(u), np.ones_like(u)
+    vectors_at = {
+        "normal": (zero, zero, one), "true_normal": (zero, zero, one), "incoming": (zero, zero, one),
+        "position": (2 * u - 1, 2 * v - 1, zero), "object": (2 * u - 1, 2 * v - 1, zero),
+        "step_x": (one * 1e-3, zero, zero), "step_y": (zero, one * 1e-3, zero),
+        "tangent": (one, zero, zero), "bitangent": (zero, one, zero),
+    }  # fmt: skip
+    widths = {str(i.settings[0]): i.width for i in program.instructions if i.operation.endswith("_input")}
+
+    def read(name: str, shift: int) -> Any:
+        if widths[name] == 1:
+            return zero + 0.5 if name in ("random",) else zero
+        return vectors_at.get(name, (u, v, zero))
+
+    def transform(vector: Any, *_: Any) -> Any:
+        return vector
+
+    backend = NumPy()
+    backend.input, backend.transform = (lambda n, s: read(n, s)), transform  # type: ignore[attr-defined]
+    with np.errstate(all="ignore"):
+        value = run(program, backend, lambda i: [backend.number(np.full(1, v)) for v in i.values])
+    parts = value if isinstance(value, tuple) else (value,)
+    means = np.array([np.mean(np.nan_to_num(np.broadcast_to(part, u.shape))) for part in parts])
+    return np.asarray(means, dtype=np.float64)
+
+
+class Builder:
+    """Grows the instructions of a material: equal ones are shared, constants are computed at once."""
+
+    def __init__(self) -> None:
+        self._instructions: list[Instruction] = []
+        self._known: dict[Any, int] = {}
+
+    def width(self, register: int) -> int:
+        """Width of a result."""
+        return self._instructions[register].width
+
+    def constant(self, register: int) -> NDArray[np.float64] | None:
+        """Value of a constant result, (1,) or (3,); None for others."""
+        values = self._instructions[register].values
+        return np.array(values, dtype=np.float64) if values else None
+
+    def number(self, value: Any) -> int:
+        """A constant: a number or three."""
+        flat = tuple(float(v) for v in np.ravel(value))
+        finite = tuple(v if np.isfinite(v) else 0.0 for v in flat)
+        return self._enter(Instruction("number" if len(finite) == 1 else "vector", values=finite))
+
+    def add(self, operation: str, inputs: tuple[int, ...] = (), *settings: Setting, data: Any = None) -> int:
+        """Result of an operation; inputs of another width than it reads are converted as Blender does a vector."""
+        known = OPERATIONS[operation]
+        converted = tuple(self.as_width(i, w) for i, w in zip(inputs, known.widths, strict=True))
+        new = Instruction(operation, converted, settings, data=data)
+        if known.folds and all(self._instructions[i].values for i in converted):
+            return self.number(self._fold(new))
+        return self._enter(new)
+
+    def as_width(self, register: int, width: int, *, is_color: bool = False) -> int:
+        """A result as a number (of colors the luminance, of vectors the mean) or as three."""
+        if self.width(register) == width:
+            return register
+        if width == 3:
+            return self.add("spread", (register,))
+        return self.add("luminance" if is_color else "mean", (register,))
+
+    def program(self, register: int) -> Program:
+        """The instructions that a result needs, as a program of its own."""
+        needed, stack = set(), [register]
+        while stack:
+            at = stack.pop()
+            if at not in needed:
+                needed.add(at)
+                stack += self._instructions[at].inputs
+        order = sorted(needed)
+        place = {old: new for new, old in enumerate(order)}
+        return Program(
+            tuple(
+                Instruction(i.operation, tuple(place[k] for k in i.inputs), i.settings, i.values, i.data)
+                for i in (self._instructions[k] for k in order)
+            )
+        )
+
+    def include(self, program: Program) -> int:
+        """Enter another program's instructions; its result."""
+        places: list[int] = []
+        for i in program.instructions:
+            moved = Instruction(i.operation, tuple(places[k] for k in i.inputs), i.settings, i.values, i.data)
+            places.append(self._enter(moved))
+        return places[-1]
+
+    def _enter(self, new: Instruction) -> int:
+        key = (new.operation, new.inputs, new.settings, new.values, id(new.data))
+        if key not in self._known:
+            self._known[key] = len(self._instructions)
+            self._instructions.append(new)
+        return self._known[key]
+
+    def _fold(self, new: Instruction) -> NDArray[np.float64]:
+        backend = NumPy()
+        operands: list[Any] = []
+        for k in new.inputs:
+            values = [np.full(1, v) for v in self._instructions[k].values]
+            operands.append(values[0] if len(values) == 1 else tuple(values))
+        if new.data is not None:
+            operands.append(new.data)
+        with np.errstate(all="ignore"):
+            result = OPERATIONS[new.operation].function(backend, *operands, *new.settings)
+        return np.ravel([np.ravel(part)[0] for part in (result if isinstance(result, tuple) else (result,))])

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Embedding, clusters, proposals, Pareto front, features and nodes against values known without them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.analysis.embedding import VARIANTS, cluster, spectral_embedding
+from spectral_core.explore.analysis.pareto import pareto_front
+from spectral_core.explore.analysis.process import GaussianProcess, propose
+from spectral_core.explore.analysis.sensitivity import sobol_indices
+from spectral_core.explore.features.images import difference_features, has_flip, image_features, noise_level
+from spectral_core.explore.sweep.compute.command import CommandNode
+from spectral_core.explore.sweep.compute.palette import PaletteNode
+from spectral_core.explore.sweep.compute.scene import SceneNode
+from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.region import NormBall, RegionOfInterest, bounding_region
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+rng = np.random.default_rng(1)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_two_kinds_of_rows_lie_apart(variant) -> None:
+    kinds = np.repeat([0, 1], 30)
+    centers = np.array([[1.0, 0.1, 0.4, 0.2], [0.1, 1.0, 0.2, 0.5]])
+    features = centers[kinds] + rng.uniform(0, 0.1, (60, 4))
+    where = spectral_embedding(features, variant)
+    found = cluster(where, 2)
+    assert where.shape == (60, 2)
+    assert len({*zip(found, kinds, strict=True)}) == 2
+    again = spectral_embedding(features, variant)
+    assert np.array_equal(where, again)
+
+
+def test_a_row_of_zeros_stays_at_the_origin() -> None:
+    features = rng.random((8, 3))
+    features[3] = 0
+    assert np.allclose(spectral_embedding(features, "cosine")[3], 0)
+
+
+def test_the_pareto_front_is_what_a_double_loop_finds() -> None:
+    values = rng.integers(0, 6, (60, 3)).astype(float)
+    values[5, 1] = np.nan
+
+    def beaten(i: int) -> bool:
+        return any((values[j] <= values[i]).all() and (values[j] < values[i]).any() for j in range(60))
+
+    expected = [i for i in range(60) if np.isfinite(values[i]).all() and not beaten(i)]
+    assert pareto_front(values).tolist() == expected
+
+
+def test_a_gaussian_process_learns_a_smooth_function_and_proposes_its_minimum() -> None:
+    points = rng.random((60, 2))
+    values = (points[:, 0] - 0.3) ** 2 + 0.5 * (points[:, 1] - 0.7) ** 2
+    process = GaussianProcess.fit(points, values)
+    fresh = rng.random((50, 2))
+    truth = (fresh[:, 0] - 0.3) ** 2 + 0.5 * (fresh[:, 1] - 0.7) ** 2
+    mean, deviation = process.predict(fresh)
+    assert np.abs(mean - truth).max() < 0.01 and (deviation > 0).all()
+    assert np.linalg.norm(propose(points[:12], values[:12])[0] - [0.3, 0.7]) < 0.15
+
+
+def test_sensitivities_of_a_sum_are_its_shares() -> None:
+    points = rng.random((120, 3))
+    found = {one.name: one for one in sobol_indices(points, 3 * points[:, 0] + points[:, 1], "abc", base=512)}
+    assert found["a"].first == pytest.approx(0.9, abs=0.05) and found["b"].total == pytest.approx(0.1, abs=0.05)
+    assert found["c"].total == pytest.approx(0.0, abs=0.02)
+    assert found["a"].first_interval[0] < 0.9 < found["a"].first_interval[1]
+
+
+def test_picture_features_of_known_pictures() -> None:
+    gray = np.full((20, 30, 3), 0.18)
+    features = image_features(gray)
+    assert features["lab_lightness"] == pytest.approx(49.5, abs=0.1)
+    assert features["contrast"] == pytest.approx(0, abs=1e-9) and features["noise"] == pytest.approx(0, abs=1e-9)
+    noisy = gray + rng.normal(0, 0.02, (200, 200, 1))[:20, :30]
+    assert noise_level(rng.normal(0.5, 0.02, (200, 200))) == pytest.approx(0.02, rel=0.03)
+    assert noise_level(np.add.outer(np.arange(50.0), np.arange(40.0))) == pytest.approx(0, abs=1e-9)
+    differences = difference_features(noisy, gray)
+    assert differences["rmse"] == pytest.approx(float(np.sqrt(np.mean((noisy - gray) ** 2))))
+    assert differences["snr_db"] == pytest.approx(20 * np.log10(0.18 / differences["rmse"]), abs=1e-6)
+    assert ("flip" in differences) == has_flip()
+    assert difference_features(gray, gray)["delta_e_mean"] == 0
+
+
+def test_a_program_is_swept_without_a_shell(tmp_path: Path) -> None:
+    script = tmp_path / "sim.py"
+    script.write_text(
+        "import json, sys\na, name, out = float(sys.argv[1]), sys.argv[2], sys.argv[3]\n"
+        "open(out + '/p.png', 'wb').write(b'\\x89PNG')\nprint('talk')\nprint("
+        "json.dumps({'square': a * a, 'name': name}))\n"
+    )
+    space = Space((Parameter("a", 0, 1), Parameter("word", choices=("$(touch evil); x", "y"), kind="choice")))
+    node = CommandNode.of([sys.executable, "sim.py", "{a}", "{word}", "{out}"], space, tmp_path)
+    outcome = node({"a": 0.5, "word": "$(touch evil); x"}, 0)
+    assert outcome.values == {"square": 0.25, "name": "$(touch evil); x"} and list(outcome.files) == [".png"]
+    assert not (tmp_path / "evil").exists()
+    with pytest.raises(InvalidInputError, match="never uses 'word'"):
+        CommandNode.of([sys.executable, "{a}"], space, tmp_path)
+    with pytest.raises(InvalidInputError, match="the place {b}"):
+        CommandNode.of([sys.executable, "{a}", "{word}", "{b}"], space, tmp_path)
+
+
+def test_a_palette_is_swept() -> None:
+    space = Space((Parameter("smoothness", 1e-6, 1e-1, scale="log"),))
+    node = PaletteNode.of(EXAMPLES / "metamer_pair.toml", space)
+    rough, smooth = (node({"smoothness": value}, 0).values["delta_e_max"] for value in (1e-6, 1e-1))
+    assert rough < smooth
+    with pytest.raises(InvalidInputError, match="smoothnes"):
+        PaletteNode.of(EXAMPLES / "metamer_pair.toml", Space((Parameter("x", path="smoothnes"),)))
+
+
+@pytest.mark.slow
+def test_relit_points_are_renders_up_to_noise_and_the_recording_is_made_once(monkeypatch) -> None:
+    from spectral_core.render.relight import transport
+
+    space = Space(
+        (Parameter("key", 10, 1000, path="lights[Key].power_w"), Parameter("fill", 0, 500, path="lights[Fill].power_w"))
+    )
+    address = f"{EXAMPLES / 'sweeps' / 'scenes.py'}:corner"
+    small = {"film.width": 24, "film.height": 24, "film.samples": 256}
+    node = SceneNode.of(address, space, settings=small)
+    assert node.relights
+    made = []
+    original = transport.record_transport
+    monkeypatch.setattr(transport, "record_transport", lambda *a, **k: made.append(1) or original(*a, **k))
+    plain = SceneNode.of(address, space, settings=small, relight=False)
+    for values in ({"key": 50.0, "fill": 0.0}, {"key": 900.0, "fill": 300.0}):
+        relit, alone = node(values, 5).pictures[""], plain(values, 5).pictures[""]
+        # other paths, so other noise: the means agree, and pixels by far more than a light's share
+        assert relit[..., :3].mean() == pytest.approx(alone[..., :3].mean(), rel=0.02)
+        assert np.abs(relit[..., :3] - alone[..., :3]).mean() < 0.08 * alone[..., :3].mean()
+    assert len(made) == 1
+
+
+def test_regions_contain_what_their_unit_cube_contains_and_travel() -> None:
+    space = Space((Parameter("a", 0, 2), Parameter("w", 1, 1000, scale="log"), Parameter("k", 1, 6, kind="integer")))
+    region = RegionOfInterest(
+        {"a": (0.2, 1.5), "k": (2, 5)},
+        constraints=("a + log10(w) <= 3",),
+        ball=NormBall({"a": 1, "w": 30}, {"a": 1, "w": 1.2}, 1.0),
+    ).checked(space)
+    unit = region.in_unit_cube(space)
+    points = rng.random((500, 3))
+    agree = [region.contains(space, space.values(u)) == bool(unit.contains(u[None])[0]) for u in points]
+    assert np.mean(agree) > 0.98  # a whole number stands for an interval of the cube
+    assert RegionOfInterest.from_dict(region.to_dict()) == region
+    other = Space((Parameter("a", 0, 1), Parameter("z")))
+    moved, notes = region.transferred(other)
+    assert moved.ranges == {"a": (0.2, 1.5)} and len(notes) == 3
+    box = bounding_region(space, [{"a": 0.1, "w": 5.0, "k": 2}, {"a": 0.4, "w": 50.0, "k": 4}], "good")
+    assert box.ranges == {"a": (0.1, 0.4), "w": (5.0, 50.0), "k": (2.0, 4.0)}

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Presets fit the data, not the values that mean that there are none."""
+
+import numpy as np
+import pytest
+
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.presets import PRESETS, preset
+
+
+@pytest.mark.parametrize("fills", [[-9999.0], [1e20], [-9999.0, 1e20], [-3.4e38], [1e30, 1e20], [-1e6]])
+@pytest.mark.parametrize("name", ["wide", "narrow", "opaque", "xray"])
+def test_fill_values_do_not_move_a_preset(name, fills, rng):
+    data = rng.random((12, 12, 12))
+    filled = data.copy()
+    for number, fill in enumerate(fills):
+        filled[number::5, ::2] = fill
+    plain, marked = (preset(name, ScalarVolume("v", d)) for d in (data, filled))
+    for one, other in zip(plain.materials, marked.materials, strict=True):
+        assert np.allclose(one.values, other.values, atol=0.02)
+
+
+@pytest.mark.parametrize("name", [name for name in PRESETS if name != "edges"])
+def test_data_of_few_values_and_a_background_keep_their_range(name):
+    for values in ([0, 255], [0, 1, 2], [0, *range(1000, 1300)]):
+        data = np.resize(np.array(values, np.int16), (8, 8, 8))
+        knots = np.concatenate([m.values for m in preset(name, ScalarVolume("v", data)).materials])
+        assert knots.min() <= 0.5 * max(values) and knots.max() <= max(values) + 1
