@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.scene.shading import Builder, Program
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import linear_rgb_from_xyz
-from spectral_core.spectra.observer import xyz_of
+from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from .images import linear_pixels
@@ -52,14 +52,14 @@ class Mixed:
     second: Field
 
 
-Field = Value | Spectrum | Mixed
+Field = Value | Spectrum | SpectralImage | Mixed
 
 
 def paint_of(field: Field) -> Paint:
     """The field as a color."""
     if isinstance(field, Mixed):
         return MixedPaint(scalar_of(field.factor), paint_of(field.first), paint_of(field.second))
-    if isinstance(field, Spectrum):
+    if isinstance(field, (Spectrum, SpectralImage)):
         return field
     if field.constant is not None:
         return Color(np.broadcast_to(field.constant, (3,)))
@@ -77,9 +77,9 @@ def value_of(field: Field, builder: Builder | None = None) -> Value:
     """The field as a result of a program; a spectrum takes part with its color."""
     if isinstance(field, Value):
         return field
-    if isinstance(field, Spectrum):
+    if isinstance(field, (Spectrum, SpectralImage)):
         builder = builder or Builder()
-        return Value(builder, builder.number(color_of_spectrum(field)), "RGBA")
+        return Value(builder, builder.number(mean_color(field)), "RGBA")
     builder = field.factor.builder
     first, second = (value_of(part, builder) for part in (field.first, field.second))
     factor = field.factor.as_width(1)
@@ -93,6 +93,8 @@ def mean_color(field: Field | Paint | Scalar | Array) -> Array:
         return np.asarray(linear_pixels(field).mean(axis=(0, 1), dtype=np.float64))
     if isinstance(field, Spectrum):
         return color_of_spectrum(field)
+    if isinstance(field, SpectralImage):
+        return np.asarray(daylight_picture(field).pixels.mean(axis=(0, 1), dtype=np.float64))
     if isinstance(field, Color):
         return np.asarray(field.linear_rgb)
     if isinstance(field, Computed):
@@ -105,6 +107,13 @@ def mean_color(field: Field | Paint | Scalar | Array) -> Array:
         constant = value.constant
         return constant if constant is not None else Computed(value.builder.program(value.register)).typical
     return np.atleast_1d(np.asarray(field, dtype=np.float64))
+
+
+def daylight_picture(field: SpectralImage) -> ImageTexture:
+    """What a spectral texture shows under D65, for nodes that compute with colors."""
+    daylight = normalized(illuminant("D65"))
+    pixels = np.clip(field.linear_rgb(daylight), 0.0, 1.0)
+    return ImageTexture(field.name, pixels, "linear", field.extension, field.interpolation, field.uv_from_mesh_uv)
 
 
 def color_of_spectrum(spectrum: Spectrum) -> Array:

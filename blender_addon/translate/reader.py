@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.scene.shading import Builder, Program
 from spectral_core.spectra.spectrum import Spectrum
 
 from . import spectra
 from .context import Translation
-from .fields import Field, Mixed, Value, mean_color, paint_of, scalar_of, value_of
+from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of, scalar_of, value_of
 from .nodes import Input, Output
 
 NEUTRAL = 0.5
@@ -140,7 +140,7 @@ class Reader:
             return Value(self.builder, self.builder.add("image_color", (place,), False, data=found), "RGBA")
         if isinstance(found, Value):
             return replace(found, kind=kind) if kind in ("VALUE", "RGBA", "VECTOR") else found
-        if isinstance(found, (Spectrum, Mixed)):
+        if isinstance(found, (Spectrum, SpectralImage, Mixed)):
             return found
         return Value(self.builder, self.builder.number(found), kind)
 
@@ -167,8 +167,10 @@ class Reader:
         """A field or plain constant as a result of the program; a spectrum loses by it, with a Note."""
         if isinstance(found, (float, int, tuple, np.ndarray)):
             return self.literal(found)
-        if isinstance(found, Spectrum) or (isinstance(found, Mixed) and _holds_spectrum(found)):
+        if isinstance(found, (Spectrum, SpectralImage)) or (isinstance(found, Mixed) and _holds_spectrum(found)):
             self.note("a spectrum goes through a math or color node: the node worked on its color instead")
+        if isinstance(found, SpectralImage):
+            return self.emit("image_color", self.point("uv"), settings=(False,), data=daylight_picture(found))
         return value_of(found, self.builder)
 
     def read(self, output: Output, name: str, fallback: Any = 0.0) -> Value:
@@ -214,7 +216,7 @@ class Reader:
         amount = self.builder.constant(factor.as_width(1))
         if amount is not None and amount[0] in (0.0, 1.0):
             return second if amount[0] else first
-        if any(isinstance(part, (Spectrum, Mixed)) for part in (first, second)):
+        if any(isinstance(part, (Spectrum, SpectralImage, Mixed)) for part in (first, second)):
             return Mixed(factor, first, second)
         return self.emit("blend", factor, first, second, settings=("MIX",))
 
@@ -222,7 +224,7 @@ class Reader:
 def _holds_spectrum(field: Field) -> bool:
     if isinstance(field, Mixed):
         return _holds_spectrum(field.first) or _holds_spectrum(field.second)
-    return isinstance(field, Spectrum)
+    return isinstance(field, (Spectrum, SpectralImage))
 
 
 EVALUATORS: dict[str, Callable[[Reader, Output], Any]] = {}

@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import SpectralError
+
+from ..properties.texture import NODE
 from .fields import Value
 from .images import alpha_is_read, image_of_node
 from .nodes import Output, linked
 from .reader import NEUTRAL, Reader, evaluator
+from .texture import spectral_image_of
 
 
 def place_of(reader: Reader, output: Output, implicit: str) -> Value:
@@ -51,6 +55,18 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
         if used:
             place = reader.emit("vector_math", place, np.array(limit[:]), 0.0, 0.0, settings=(mode,))
     return place
+
+
+@evaluator("CUSTOM GROUP")
+def _spectral_texture(reader: Reader, output: Output) -> Any:
+    """Our own node; a node of another add-on is not understood."""
+    if output.node.bl_idname != NODE:
+        return reader.unknown(output)
+    try:
+        return spectral_image_of(output.node)
+    except SpectralError as error:
+        reader.note(f"Spectral Texture {output.node.name!r}: {error}; a neutral gray was used")
+        return np.full(3, NEUTRAL)
 
 
 @evaluator("TEX_IMAGE")
