@@ -33,6 +33,7 @@ def draw_and_note(self, context):
 
 
 panels.SPECTRAL_PT_sweep.draw, panels.SPECTRAL_PT_sweep.bl_options = draw_and_note, set()
+panels.SPECTRAL_PT_sweep.bl_category = "Item"  # the tab that a new window shows
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
 

@@ -85,6 +85,9 @@ def draw_error_against_time(
             plot.set_xscale("log")
             if np.nanmin(values) > 0 and np.nanmax(values) > 8 * np.nanmin(values):
                 plot.set_yscale("log")
+            for axis in (plot.xaxis, plot.yaxis):
+                if axis.get_scale() == "log":
+                    _plain_log_ticks(axis)
             plot.tick_params(labelsize=6)
             plot.set_xlabel(f"{time} (s)", fontsize=7)
             plot.set_ylabel(error, fontsize=7)
@@ -97,6 +100,15 @@ def draw_error_against_time(
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return path
+
+
+def _plain_log_ticks(axis: Any) -> None:
+    """Ticks at 1, 2 and 5 times the powers of ten, written as plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _figure(path: Path, width: float, height: float | None = None) -> Any:
