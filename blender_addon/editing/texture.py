@@ -11,7 +11,7 @@ from spectral_core.errors import SpectralError
 
 from ..properties import hooks
 from ..properties.hooks import Topic
-from ..translate.texture import preview_pixels, texture_of
+from ..translate.shading.texture import preview_pixels, texture_of
 
 
 def refresh(node: Any) -> None:

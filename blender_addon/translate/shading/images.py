@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from spectral_core.scene import ImageTexture
 from spectral_core.spectra.color import linear_from_display_rgb
 
-from .. import compat
-from .context import Translation
+from ... import compat
+from ..context import Translation
 
 Array = NDArray[Any]
 

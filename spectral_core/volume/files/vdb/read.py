@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, MissingDependencyError
-from spectral_core.volume.files.vdb_grid import PlainGrid, Tiles
-from spectral_core.volume.files.vdb_write import ALL_VALUES, LEAF, MAGIC, NODE_LEAVES, ROOT_NODES, ZIP
+from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
+from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, MAGIC, NODE_LEAVES, ROOT_NODES, ZIP
 
 ACTIVE_MASK, BLOSC = 2, 4
 FIRST_VERSION = 222

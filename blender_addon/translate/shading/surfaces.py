@@ -32,11 +32,11 @@ from spectral_core.scene import (
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
-from . import color_nodes, spectra, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
+from .. import spectra
 from .coordinate_nodes import round_tangent
 from .fields import scalar_of
-from .nodes import Input, Output, linked
 from .reader import Reader
+from .tree import Input, Output, linked
 
 BLACK = Diffuse(gray(0.0))
 """What an empty shader socket shows: nothing is reflected."""

@@ -15,12 +15,12 @@ from spectral_core.spectra.catalogue import blackbody
 from spectral_core.spectra.luminaire import read_ies
 from spectral_core.spectra.spectrum import Spectrum
 
-from .. import compat
-from . import spectra
-from .context import Translation
-from .fields import mean_color
-from .nodes import Input, Output, linked, surface_output
-from .reader import Reader
+from ... import compat
+from .. import spectra
+from ..context import Translation
+from ..shading.fields import mean_color
+from ..shading.reader import Reader
+from ..shading.tree import Input, Output, linked, surface_output
 
 FALLOFF_POWERS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from spectral_core.scene import Color, ImageTexture, Paint
 from spectral_core.spectra.spectrum import Spectrum
 
-from .images import linear_pixels
-from .reader import Reader
+from ..shading.images import linear_pixels
+from ..shading.reader import Reader
 
 MOST_ROWS = 1024
 """Rows of an environment that is drawn anew; twice as many columns."""

@@ -11,8 +11,8 @@ from spectral_core.scene import Color, Paint, ScatteringMedium, gray
 from spectral_core.spectra.spectrum import Spectrum
 
 from .fields import mean_color
-from .nodes import Input, Output, linked
 from .reader import Reader
+from .tree import Input, Output, linked
 
 
 def medium_of(reader: Reader, output: Any) -> ScatteringMedium | None:

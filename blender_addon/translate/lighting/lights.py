@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import AreaLight, Color, Falloff, Light, PointLight, Rays, SpotLight, SunLight
 
-from .. import compat
-from .context import Translation
-from .frames import rigid
-from .ledger import note_changed, note_nodes
+from ... import compat
+from ..context import Translation
+from ..frames import rigid
+from ..ledger import note_changed, note_nodes
+from ..visibility import cycles_settings, hidden_from
 from .light_nodes import shine_of
-from .visibility import cycles_settings, hidden_from
 
 LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
 """Kinds of rays that a lamp may be hidden from beside the camera's; it blocks none."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.plugins import opaque_number
+from spectral_core.render.plugins.numbers import opaque_number
 from spectral_core.scene import Photometry
 
 

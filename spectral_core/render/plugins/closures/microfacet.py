@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins import albedo
+from spectral_core.render.plugins.closures import albedo
 
 SMALLEST_ALPHA = 1e-3
 """Below this a rough surface is drawn as this rough: narrower lobes exceed single precision."""

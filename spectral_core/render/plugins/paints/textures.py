@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins import opaque_number
+from spectral_core.render.plugins.numbers import opaque_number
 
 
 def register(mi: Any, dr: Any) -> None:

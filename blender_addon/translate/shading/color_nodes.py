@@ -13,8 +13,8 @@ from spectral_core.scene.shading.vectors import VECTOR_MATH, VECTOR_NUMBERS
 from spectral_core.spectra.catalogue import blackbody
 
 from .fields import Value, mean_color
-from .nodes import Input, Output
 from .reader import Reader, evaluator
+from .tree import Input, Output
 
 MIX_SUFFIX = {"RGBA": "Color", "FLOAT": "Float", "VECTOR": "Vector", "ROTATION": "Rotation"}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from spectral_core.errors import FileFormatError
-from spectral_core.volume.files.vdb_read import (
+from spectral_core.volume.files.vdb.read import (
     ACTIVE_MASK,
     BLOSC,
     GridReader,
@@ -18,7 +18,7 @@ from spectral_core.volume.files.vdb_read import (
     read_word,
     transform_of,
 )
-from spectral_core.volume.files.vdb_write import ALL_VALUES, LEAF, NODE_LEAVES, ROOT_NODES, ZIP
+from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, NODE_LEAVES, ROOT_NODES, ZIP
 
 
 def require_sound(path: Path, name: str) -> None:

@@ -14,10 +14,10 @@ from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint
 from spectral_core.scene.shading import Builder, Program
 from spectral_core.spectra.spectrum import Spectrum
 
-from . import spectra
-from .context import Translation
+from .. import spectra
+from ..context import Translation
 from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of, scalar_of, value_of
-from .nodes import Input, Output
+from .tree import Input, Output
 
 NEUTRAL = 0.5
 """Gray that stands in for a picture or pattern that cannot be had."""

@@ -9,12 +9,13 @@ from typing import Any
 
 from spectral_core.scene import Color, Diffuse, Material, Surface, gray, programs_of
 
-from .. import compat
-from . import media, spectra
-from .context import Translation
-from .nodes import Input, linked, surface_output
+from ... import compat
+from .. import spectra
+from ..context import Translation
+from . import media
 from .reader import Reader
 from .surfaces import surface_of, with_spectrum
+from .tree import Input, linked, surface_output
 
 UNDRESSED = Material("No material", Diffuse(gray(0.8)))
 """What an object without a material wears, as in Cycles."""

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Color, ImageTexture, MixedPaint, Rays, World, gray
 
-from .. import compat
-from . import spectra, surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
-from .context import Translation
-from .fields import mean_color
-from .images import image_of_node
-from .ledger import note_changed, note_nodes
-from .nodes import Input, Output, linked, surface_output
-from .reader import Reader, evaluator
+from ... import compat
+from .. import spectra
+from ..context import Translation
+from ..ledger import note_changed, note_nodes
+from ..shading import surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
+from ..shading.fields import mean_color
+from ..shading.images import image_of_node
+from ..shading.reader import Reader, evaluator
+from ..shading.texture_nodes import mapping_matrix
+from ..shading.tree import Input, Output, linked, surface_output
+from ..visibility import cycles_settings, world_hidden_from
 from .surroundings import Term, joined, resampled
-from .texture_nodes import mapping_matrix
-from .visibility import cycles_settings, world_hidden_from
 
 
 def translate_world(translation: Translation, world: Any) -> World:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.volume.files.vdb_write import LEAF
+from spectral_core.volume.files.vdb.write import LEAF
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import SpectralError
 
-from ..properties.texture import NODE
+from ...properties.texture import NODE
 from .fields import Value
 from .images import alpha_is_read, image_of_node
-from .nodes import Output, linked
 from .reader import NEUTRAL, Reader, evaluator
 from .texture import spectral_image_of
+from .tree import Output, linked
 
 
 def place_of(reader: Reader, output: Output, implicit: str) -> Value:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins import albedo
-from spectral_core.render.plugins.microfacet import KeptEnergy, Microfacets
+from spectral_core.render.plugins.closures import albedo
+from spectral_core.render.plugins.closures.microfacet import KeptEnergy, Microfacets
 
 
 def register(mi: Any, dr: Any) -> None:

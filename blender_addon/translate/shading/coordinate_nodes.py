@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from .fields import Value
-from .nodes import Input, Output, linked
 from .reader import NEUTRAL, Reader, evaluator
+from .tree import Input, Output, linked
 
 
 def normal_of(reader: Reader, place: Input | None) -> Value:

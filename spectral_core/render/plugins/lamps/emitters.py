@@ -6,8 +6,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from spectral_core.render.plugins import opaque_number
-from spectral_core.render.plugins.shaping import Shaping
+from spectral_core.render.plugins.lamps.shaping import Shaping
+from spectral_core.render.plugins.numbers import opaque_number
 
 
 def register(mi: Any, dr: Any) -> None:
