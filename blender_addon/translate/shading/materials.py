@@ -13,8 +13,9 @@ from ... import compat
 from .. import spectra
 from ..context import Translation
 from . import media
+from .material_spectrum import with_spectrum
 from .reader import Reader
-from .surfaces import surface_of, with_spectrum
+from .surfaces import surface_of
 from .tree import Input, linked, surface_output
 
 UNDRESSED = Material("No material", Diffuse(gray(0.8)))

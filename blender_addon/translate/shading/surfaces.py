@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -26,13 +24,10 @@ from spectral_core.scene import (
     Translucent,
     Transparent,
     gray,
-    leaves,
-    map_leaves,
 )
-from spectral_core.scene.surface import Closure
-from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from .. import spectra
+from . import color_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
 from .coordinate_nodes import round_tangent
 from .fields import scalar_of
 from .reader import Reader
@@ -278,24 +273,3 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "ADD_SHADER": _add,
     "HOLDOUT": _holdout,
 }
-
-
-def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
-    """The surface with the spectrum of its material in place of its main color.
-
-    The main color is that of what scatters diffusely (Principled and Diffuse); where nothing does, of every closure
-    that reflects or lets through.
-    """
-    main: tuple[type, ...] = (Principled, Diffuse)
-    if not any(isinstance(leaf, main) and leaf is not BLACK for leaf in leaves(surface)):
-        main = (Glossy, Metal, Glass, Translucent, Toon, Transparent)
-
-    def change(leaf: Closure) -> Surface:
-        name = "base_color" if isinstance(leaf, Principled) else "color"
-        # a node's own spectrum comes before its material's
-        if leaf is BLACK or not isinstance(leaf, main) or isinstance(getattr(leaf, name), (Illuminant, Spectrum)):
-            return leaf
-        changes: dict[str, Any] = {name: spectrum}
-        return replace(leaf, **changes)
-
-    return map_leaves(surface, change)
