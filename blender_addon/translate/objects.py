@@ -14,9 +14,9 @@ from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObj
 from .. import compat
 from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
-from .lights import translate_light
-from .materials import Dressed, translate_material
+from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
+from .shading.materials import Dressed, translate_material
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
 

@@ -13,10 +13,10 @@ from spectral_core.scene import Film, LightPaths, Material, Scene
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
 from .ledger import note_changed
+from .lighting.world import translate_world
 from .objects import collect
 from .settings import sampling_of, settings_of
 from .visibility import cycles_settings
-from .world import translate_world
 
 USUAL_CLAMP = 10.0
 """Blender's own clamp on indirect light, which takes fireflies only."""
