@@ -10,6 +10,7 @@ from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import AlbedoTable, KeptEnergy, Microfacets
 from spectral_core.render.plugins.numbers import opaque_number
+from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
 
 
 def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:
@@ -77,19 +78,24 @@ def register(mi: Any, dr: Any) -> None:
             aspect = dr.sqrt(1.0 - 0.9 * dr.clip(self.anisotropy.eval_1(si, active), 0.0, 1.0))
             return dr.rcp(aspect), aspect
 
-        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+        def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            si = with_valid_normal(mi, dr, hit)
             axes = self.lobe_axes(si, active)
             wi = self.aligned(axes, self.turned(si, si.wi))
             wo = self.draw(si, wi, (sample1, sample2), active)
             value, density = self.reflect(si, wi, wo, active)
             valid = active & (density > 0.0) & (wi.z > 0.0)
             bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo, bs.eta = self.turned(si, self.aligned(axes, wo, back=True)), mi.Float(1.0)
+            outward = self.turned(si, self.aligned(axes, wo, back=True))
+            bs.wo, bs.eta = hit.to_local(si.to_world(outward)), mi.Float(1.0)
             bs.pdf = dr.select(valid, density, 0.0)
             bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
             return bs, dr.select(valid, value / dr.maximum(density, 1e-20), 0.0)
 
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        def eval_pdf(self, ctx: Any, hit: Any, wo: Any, active: Any = True) -> Any:
+            si = with_valid_normal(mi, dr, hit)
+            wo = si.to_local(hit.to_world(wo))
+            active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
             wi, wo = (self.aligned(axes, self.turned(si, direction)) for direction in (si.wi, wo))
             value, density = self.reflect(si, wi, wo, active)
