@@ -9,8 +9,8 @@ from typing import Any
 from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import AlbedoTable, KeptEnergy, Microfacets
-from spectral_core.render.plugins.numbers import opaque_number
 from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
+from spectral_core.render.plugins.numbers import opaque_number
 
 
 def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:
