@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Notes on what only the whole scene shows: materials, shapes and light paths together that Cycles renders otherwise."""
+"""Notes on what only the whole scene shows: materials, shapes and light paths that together differ from Cycles."""
 
 from __future__ import annotations
 
