@@ -114,7 +114,7 @@ def _pictures(side: int) -> list[Writer]:
 def _volumes(side: int) -> list[Writer]:
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.files import openvdb_format, read_volume, write_volume
-    from spectral_core.volume.files.vdb_write import write_grid
+    from spectral_core.volume.files.vdb.write import write_grid
 
     rng = np.random.default_rng(8)
     fields = [ScalarVolume(f"v{k}", rng.random((side,) * 3).astype(np.float32)) for k in range(2)]

@@ -10,8 +10,10 @@ from importlib import import_module
 from types import ModuleType
 
 FEATURES = {
-    "properties": ("spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "scene", "volume"),
-    "editing": ("spectrum", "palette.live", "dial.live", "dial.changes", "board.live", "sweep"),
+    "properties": (
+        "spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "scene", "volume", "texture",
+    ),
+    "editing": ("spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep"),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep",

@@ -14,11 +14,12 @@ SWITCHED_ON = [("blender_addon.commands._blend", "blender_addon")]
 the command line in turn."""
 
 
-@pytest.mark.parametrize("package", ["blender_addon"])
+@pytest.mark.parametrize("package", ["blender_addon", "spectral_core"])
 def test_no_import_circle(package):
     graph = grimp.build_graph(package, exclude_type_checking_imports=True, cache_dir=None)
     for importer, imported in SWITCHED_ON:
-        graph.remove_import(importer=importer, imported=imported)
+        if importer in graph.modules:
+            graph.remove_import(importer=importer, imported=imported)
     order = TopologicalSorter({name: graph.find_modules_directly_imported_by(name) for name in graph.modules})
     try:
         order.prepare()

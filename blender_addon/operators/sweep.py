@@ -9,6 +9,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
 from ..editing.board.paths import full_path
+from ..editing.sweep_points import keyframe_path, set_point
 from .common import UNDOABLE, reporting
 
 
@@ -129,7 +130,7 @@ class SPECTRAL_OT_sweep_apply(bpy.types.Operator):
         found, row = editing.rows(context.scene), self.row or context.scene.spectral.sweep.point
         if row > len(found):
             raise InvalidInputError(f"there is no row {row}; the table has {len(found)}")
-        editing.set_point(context.scene, found[row - 1].parameters)
+        set_point(context.scene, found[row - 1].parameters)
 
 
 class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
@@ -150,7 +151,7 @@ class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
         words = [word for word in self.rows.replace(",", " ").split() if word]
         if not words or not all(word.isdigit() and 1 <= int(word) <= len(found) for word in words):
             raise InvalidInputError(f"{self.rows!r} are no rows of the table; expected numbers from 1 to {len(found)}")
-        last = editing.keyframe_path(context.scene, [found[int(word) - 1] for word in words], self.step)
+        last = keyframe_path(context.scene, [found[int(word) - 1] for word in words], self.step)
         self.report({"INFO"}, f"{len(words)} points keyframed up to frame {last}")
 
 

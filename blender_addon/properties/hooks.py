@@ -21,6 +21,7 @@ class Topic(Enum):
     SPECTRUM_NAMES = auto()
     SPECTRUM_ENTRIES = auto()
     LAMP_NAMES = auto()
+    SPECTRAL_TEXTURE = auto()
     DIAL = auto()
     BOARD = auto()
     BOARD_DEVICES = auto()

@@ -10,13 +10,14 @@ import bpy
 
 from spectral_core.scene import Film, LightPaths, Material, Scene
 
+from .approximations import note_approximations
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
 from .ledger import note_changed
+from .lighting.world import translate_world
 from .objects import collect
 from .settings import sampling_of, settings_of
 from .visibility import cycles_settings
-from .world import translate_world
 
 USUAL_CLAMP = 10.0
 """Blender's own clamp on indirect light, which takes fireflies only."""
@@ -58,6 +59,7 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
+    note_approximations(translation, scene)
     return replace(scene, notes=translation.notes)
 
 

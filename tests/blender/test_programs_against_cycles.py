@@ -88,10 +88,10 @@ def passes(path):
 @pytest.mark.parametrize("offset", [0.0, 1e5])
 @pytest.mark.parametrize("name", NODES)
 def test_values_are_those_of_cycles(build, tmp_path, name, offset):
-    from blender_addon.translate import surfaces  # noqa: F401
     from blender_addon.translate.context import Translation
-    from blender_addon.translate.nodes import Input
-    from blender_addon.translate.reader import Reader
+    from blender_addon.translate.shading import surfaces  # noqa: F401
+    from blender_addon.translate.shading.reader import Reader
+    from blender_addon.translate.shading.tree import Input
 
     kind, output, settings, inputs = NODES[name]
     if offset and (not kind.startswith("Tex") or kind in ("TexWave", "TexMagic")):

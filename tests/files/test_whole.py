@@ -136,7 +136,7 @@ WITHIN_WHOLE = {
     "spectral_core/lattice/measure/plotting.py": 1,
     "spectral_core/volume/files/nrrd_format.py": 1,
     "spectral_core/volume/files/openvdb_format.py": 1,
-    "spectral_core/volume/files/vdb_write.py": 1,
+    "spectral_core/volume/files/vdb/write.py": 1,
     "spectral_core/volume/files/write.py": 1,
 }
 

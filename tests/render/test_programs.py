@@ -32,7 +32,7 @@ def picture(program, transport):
 
 
 def test_upsampling_at_the_hit_is_the_one_of_the_palette(rng):
-    from spectral_core.render.plugins.upsampling import Upsampling
+    from spectral_core.render.plugins.paints.upsampling import Upsampling
     from spectral_core.render.variant import activate, choose_backend
 
     mi = activate(choose_backend("spectral"))

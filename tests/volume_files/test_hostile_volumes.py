@@ -144,8 +144,8 @@ def test_what_is_no_regular_file_is_refused_without_waiting(target: str, tmp_pat
 def test_a_vdb_that_states_endless_children_never_reaches_openvdb(tmp_path: Path) -> None:
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.files import write_volume
-    from spectral_core.volume.files.vdb_read import descriptors
-    from spectral_core.volume.files.vdb_walk import require_sound
+    from spectral_core.volume.files.vdb.read import descriptors
+    from spectral_core.volume.files.vdb.walk import require_sound
 
     path = write_volume(
         ScalarVolume("v", np.random.default_rng(1).random((9, 9, 9)).astype(np.float32)), tmp_path / "v.vdb"
@@ -165,7 +165,7 @@ def test_a_vdb_that_states_endless_children_never_reaches_openvdb(tmp_path: Path
 
 
 def test_a_vdb_of_two_million_tiles_is_read_as_arrays(tmp_path: Path) -> None:
-    from spectral_core.volume.files.vdb_grid import PlainGrid, Tiles
+    from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
 
     count = 2_000_000
     corners = np.zeros((count, 3), np.int64)

@@ -57,8 +57,8 @@ def test_written_volumes_come_back_whole(tmp_path, dtype, vdb_code):
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_own_files_are_read_by_openvdb(tmp_path, openvdb, shape, dtype):
     """OpenVDB itself as the oracle of the writer, across leaves, nodes and roots, and of the reader."""
-    from spectral_core.volume.files.vdb_read import read_grid
-    from spectral_core.volume.files.vdb_write import write_grid
+    from spectral_core.volume.files.vdb.read import read_grid
+    from spectral_core.volume.files.vdb.write import write_grid
 
     values = np.random.default_rng(3).random(shape).astype(dtype)
     values[: shape[0] // 2] = 0
@@ -86,8 +86,8 @@ def test_masked_values_and_tiles_are_read_as_openvdb_reads_them(tmp_path, openvd
     import struct
     import zlib
 
-    from spectral_core.volume.files import vdb_write
-    from spectral_core.volume.files.vdb_read import read_grid
+    from spectral_core.volume.files.vdb import write as vdb_write
+    from spectral_core.volume.files.vdb.read import read_grid
 
     def packed(values):
         if len(values) != 512:  # a node: place 5 becomes a tile of value 7, inactive

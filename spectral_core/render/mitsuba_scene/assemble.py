@@ -16,7 +16,7 @@ from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
-from spectral_core.render.plugins.programs import SceneTables
+from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8

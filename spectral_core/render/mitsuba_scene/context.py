@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from spectral_core.render.plugins.computed import computed_classes
-from spectral_core.render.plugins.programs import LoadedProgram, SceneTables
-from spectral_core.render.plugins.upsampling import Upsampling
+from spectral_core.render.plugins.paints.computed import computed_classes
+from spectral_core.render.plugins.paints.programs import LoadedProgram
+from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.plugins.paints.upsampling import Upsampling
 from spectral_core.scene import Note, Program
 from spectral_core.spectra.spectrum import Spectrum
 

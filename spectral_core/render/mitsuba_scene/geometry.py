@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.plugins.programs import attribute_name
+from spectral_core.render.plugins.paints.tables import attribute_name
 from spectral_core.scene.geometry import Attribute, Mesh
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene import geometry, paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.plugins.light_points import NarrowPanel
-from spectral_core.render.plugins.shaping import Cone, Luminaire, Shaping
+from spectral_core.render.plugins.lamps.light_points import NarrowPanel
+from spectral_core.render.plugins.lamps.shaping import Cone, Luminaire, Shaping
 from spectral_core.scene import (
     AreaLight,
     Color,

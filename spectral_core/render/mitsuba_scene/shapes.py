@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.medium import medium_object
-from spectral_core.render.plugins.light_points import Triangles
+from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.scene import Diffuse, Instance, Material, Scene
 
 PLAIN = Material("", Diffuse())

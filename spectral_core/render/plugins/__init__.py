@@ -7,14 +7,7 @@ A plugin's class derives from a class of the active variant, so each module here
 
 from __future__ import annotations
 
-from typing import Any
-
 _registered: set[str] = set()
-
-
-def opaque_number(mi: Any, dr: Any, value: float) -> Any:
-    """A number that kernels read instead of knowing, so that another value needs no new kernel."""
-    return dr.opaque(mi.Float, float(value))
 
 
 def register(variant: str) -> None:
@@ -24,17 +17,9 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins import (
-        bent,
-        bsdfs,
-        emitters,
-        environment,
-        glass,
-        matt,
-        rough,
-        spectral_image,
-        textures,
-    )
+    from spectral_core.render.plugins.closures import bent, bsdfs, glass, matt, rough
+    from spectral_core.render.plugins.lamps import emitters, environment
+    from spectral_core.render.plugins.paints import spectral_image, textures
 
     for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass, bent):
         module.register(mitsuba, drjit)

@@ -8,60 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.scene.shading.noise import coordinates, hashed
+from spectral_core.scene.shading.cells import cell_numbers, point_in_cell
+from spectral_core.scene.shading.noise import coordinates
 from spectral_core.scene.shading.registry import operation
 from spectral_core.scene.shading.tuples import clip, mix, safe_divide
-
-
-def _points(xp: Any, cell: tuple[Any, ...]) -> tuple[Any, ...]:
-    """As many numbers in [0, 1] as three, from the whole coordinates of a cell."""
-    if len(cell) == 1:
-        zero = 0.0 * cell[0]
-        return (hashed(xp, cell[0]), hashed(xp, cell[0], zero + 1.0), hashed(xp, cell[0], zero + 2.0))
-    return _pcg(xp, *(xp.integer(c) for c in cell))
-
-
-def _arithmetic_shift(xp: Any, value: Any) -> Any:
-    """Right shift by 16 that keeps the sign."""
-    return (value >> 16) ^ (((value >> 31) * 0xFFFF) << 16)
-
-
-def _pcg(xp: Any, x: Any, y: Any, z: Any | None = None, w: Any | None = None) -> tuple[Any, ...]:
-    if z is None:
-        z = 0 * x
-    v = [k * 1664525 + 1013904223 for k in ((x, y, z) if w is None else (x, y, z, w))]
-    for turn in range(2):
-        if w is None:
-            v[0] = v[0] + v[1] * v[2]
-            v[1] = v[1] + v[2] * v[0]
-            v[2] = v[2] + v[0] * v[1]
-        else:
-            v[0] = v[0] + v[1] * v[3]
-            v[1] = v[1] + v[2] * v[0]
-            v[2] = v[2] + v[0] * v[1]
-            v[3] = v[3] + v[1] * v[2]
-        if turn == 0:
-            v = [k ^ _arithmetic_shift(xp, k) for k in v]
-    return tuple(xp.real(k & 0x7FFFFFFF) * (1 / 2147483647.0) for k in v)
-
-
-def _pcg_2d(xp: Any, x: Any, y: Any) -> tuple[Any, Any]:
-    x, y = x * 1664525 + 1013904223, y * 1664525 + 1013904223
-    x = x + y * 1664525
-    y = y + x * 1664525
-    x, y = x ^ _arithmetic_shift(xp, x), y ^ _arithmetic_shift(xp, y)
-    x = x + y * 1664525
-    y = y + x * 1664525
-    return tuple(xp.real(k & 0x7FFFFFFF) * (1 / 2147483647.0) for k in (x, y))
-
-
-def _place(xp: Any, cell: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Where the point of a cell stands within it."""
-    if len(cell) == 1:
-        return (hashed(xp, cell[0]),)
-    if len(cell) == 2:
-        return _pcg_2d(xp, *(xp.integer(c) for c in cell))
-    return _points(xp, cell)[: len(cell)]
 
 
 def _distance(xp: Any, a: tuple[Any, ...], b: tuple[Any, ...], metric: str, exponent: Any) -> Any:
@@ -104,7 +54,7 @@ def _nearest(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: An
         offset, point = rest[:count], rest[count : 2 * count]
         next_offset, next_point = rest[2 * count : 3 * count], rest[3 * count :]
         new = _offset_of(xp, number, count, 1)
-        placed = _place(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
+        placed = point_in_cell(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
         candidate = tuple(o + q * random for o, q in zip(new, placed, strict=True))
         distance = _distance(xp, candidate, within, metric, exponent)
         nearer = distance < best
@@ -122,7 +72,7 @@ def _nearest(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: An
     rest = found[3:]
     first = 2 * count if second else 0
     offset, point = rest[first : first + count], rest[first + count : first + 2 * count]
-    color = _points(xp, tuple(c + o for c, o in zip(cell, offset, strict=True)))[:3]
+    color = cell_numbers(xp, tuple(c + o for c, o in zip(cell, offset, strict=True)))[:3]
     return (found[2] if second else found[1], *color, *(c + q for c, q in zip(cell, point, strict=True)))
 
 
@@ -138,14 +88,14 @@ def _smooth(xp: Any, p: tuple[Any, ...], random: Any, metric: str, exponent: Any
         color, point = rest[:3], rest[3:]
         new = _offset_of(xp, number, count, 2)
         there = tuple(c + o for c, o in zip(cell, new, strict=True))
-        candidate = tuple(o + q * random for o, q in zip(new, _place(xp, there), strict=True))
+        candidate = tuple(o + q * random for o, q in zip(new, point_in_cell(xp, there), strict=True))
         distance = _distance(xp, candidate, within, metric, exponent)
         t = clip(xp, 0.5 + 0.5 * (smallest - distance) / soft)
         h = xp.where(number == 0.0, 1.0, t * t * (3.0 - 2.0 * t))
         correction = soft * h * (1.0 - h)
         smallest = mix(smallest, distance, h) - correction
         correction = correction / (1.0 + 3.0 * soft)
-        hashes = _points(xp, there)[:3]
+        hashes = cell_numbers(xp, there)[:3]
         color = tuple(mix(a, b, h) - correction for a, b in zip(color, hashes, strict=True))
         point = tuple(mix(a, b, h) - correction for a, b in zip(point, candidate, strict=True))
         return (number + 1.0, smallest, *color, *point)
@@ -164,7 +114,7 @@ def _edge(xp: Any, p: tuple[Any, ...], random: Any) -> Any:
 
     def toward(number: Any) -> tuple[Any, ...]:
         new = _offset_of(xp, number, count, 1)
-        placed = _place(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
+        placed = point_in_cell(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
         return tuple(o + q * random - x for o, q, x in zip(new, placed, within, strict=True))
 
     def nearest(number: Any, best: Any, *vector: Any) -> Any:
@@ -198,7 +148,7 @@ def _sphere_radius(xp: Any, p: tuple[Any, ...], random: Any) -> Any:
 
     def nearest(number: Any, best: Any, *rest: Any) -> Any:
         new = _offset_of(xp, number, count, 1)
-        placed = _place(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
+        placed = point_in_cell(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
         candidate = tuple(o + q * random for o, q in zip(new, placed, strict=True))
         distance = _distance(xp, candidate, within, "EUCLIDEAN", 0.5)
         nearer = distance < best
@@ -213,7 +163,7 @@ def _sphere_radius(xp: Any, p: tuple[Any, ...], random: Any) -> Any:
     def neighbor(number: Any, best: Any) -> Any:
         step = _offset_of(xp, number, count, 1)
         new = tuple(s + h for s, h in zip(step, home, strict=True))
-        placed = _place(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
+        placed = point_in_cell(xp, tuple(c + o for c, o in zip(cell, new, strict=True)))
         candidate = tuple(o + q * random for o, q in zip(new, placed, strict=True))
         distance = _distance(xp, candidate, point, "EUCLIDEAN", 0.5)
         itself = sum(xp.absolute(s) for s in step) < 0.5

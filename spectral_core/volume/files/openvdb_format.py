@@ -26,9 +26,9 @@ from spectral_core.files.guarded import FREE_BYTES, MOST_EXPANSION, half_of_memo
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component
 from spectral_core.volume.files.request import ReadRequest
-from spectral_core.volume.files.vdb_read import grid_names, read_grid
-from spectral_core.volume.files.vdb_walk import require_sound
-from spectral_core.volume.files.vdb_write import write_grid
+from spectral_core.volume.files.vdb.read import grid_names, read_grid
+from spectral_core.volume.files.vdb.walk import require_sound
+from spectral_core.volume.files.vdb.write import write_grid
 from spectral_core.volume.files.vtk_format import choose_array
 
 DENSITY_GRID = "density"

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's lamps to lights of the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import AreaLight, Color, Falloff, Light, PointLight, Rays, SpotLight, SunLight
+
+from ... import compat
+from ..context import Translation
+from ..frames import rigid
+from ..ledger import note_changed, note_nodes
+from ..visibility import cycles_settings, hidden_from
+from .light_nodes import shine_of
+
+LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
+"""Kinds of rays that a lamp may be hidden from beside the camera's; it blocks none."""
+
+SMALLEST_SIZE = 1e-4
+"""Edge of an area light that has none: what it sends is kept, from as good as a point (or a line)."""
+
+
+def translate_light(translation: Translation, name: str, thing: Any, world_from_light: Any) -> Light | None:
+    """Light of an evaluated object that stands at ``world_from_light`` (4, 4); None where it sheds no light."""
+    lamp, matrix = thing.data, np.asarray(world_from_light, dtype=np.float64)
+    if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
+        return None  # a portal only guides Cycles' sampling of the surroundings
+    for item in (lamp, getattr(lamp, "cycles", None)):
+        note_changed(translation, name, item)
+    note_nodes(translation, name, compat.node_tree(lamp))
+    shine = shine_of(translation, lamp)
+    color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
+    if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
+        return None
+    if power < 0:
+        translation.note(name, "a light of negative power takes no light away here; it was left out")
+        return None
+    shared: dict[str, Any] = {
+        "name": name,
+        "world_from_light": rigid(matrix),
+        "color": color,
+        "group": thing.original.lightgroup,  # Blender does not tell the evaluated copy of a change
+        "camera_visible": thing.visible_camera,
+        "hidden_from": hidden_from(thing) & LIGHT_RAYS,
+        "max_bounces": cycles_settings(lamp, "max_bounces", 1024),
+        "casts_shadow": lamp.use_shadow,
+        "is_planckian": shine.is_planckian,
+        "falloff": shine.falloff,
+    }
+    if lamp.type == "SUN":
+        if shine.falloff.power:
+            translation.note(name, "a sun is infinitely far, so a falloff with distance has no meaning; it has none")
+        shared["falloff"] = Falloff()
+        return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
+    if shine.photometry is not None and lamp.type == "AREA":
+        translation.note(name, "a measured luminaire on an area light is not understood; it shines evenly")
+    if lamp.type == "AREA":
+        return _area(translation, lamp, power, matrix, shared)
+    radius = lamp.shadow_soft_size
+    shared |= {"radius": radius, "soft_falloff": lamp.use_soft_falloff, "photometry": shine.photometry}
+    if not compat.light_is_normalized(lamp):
+        power *= 4 * np.pi * radius**2  # then its strength is its radiant exitance
+    if lamp.type == "SPOT":
+        scale = np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-6)  # a scaled spot is an ellipse in Cycles
+        return SpotLight(
+            **shared,
+            power_w=power,
+            cone_angle_rad=lamp.spot_size,
+            blend=lamp.spot_blend,
+            cone_scale=(float(scale[0]), float(scale[1]), float(scale[2])),
+        )
+    return PointLight(**shared, power_w=power)
+
+
+def _sun_area(lamp: Any) -> float:
+    """Solid angle's projected area of a sun whose strength is its radiance; 1 where it is its irradiance."""
+    if compat.light_is_normalized(lamp):
+        return 1.0
+    return float(np.pi * np.sin(lamp.angle / 2) ** 2)
+
+
+def _area(
+    translation: Translation, lamp: Any, power: float, matrix: NDArray[np.float64], shared: dict[str, Any]
+) -> AreaLight:
+    """Area light: an object's scale stretches its extent, as in Cycles, and not its power."""
+    stretch = np.linalg.norm(matrix[:3, :2], axis=0)
+    width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
+    size = (float(width * stretch[0]), float(height * stretch[1]))
+    if min(size) < SMALLEST_SIZE:
+        translation.note(shared["name"], f"an area light without area is rendered {SMALLEST_SIZE:g} wide")
+        size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
+    ellipse = lamp.shape in ("DISK", "ELLIPSE")
+    if not compat.light_is_normalized(lamp):
+        power *= size[0] * size[1] * (np.pi / 4 if ellipse else 1.0)
+    return AreaLight(
+        **shared, power_w=power, shape="ellipse" if ellipse else "rectangle", size=size, spread_rad=lamp.spread
+    )

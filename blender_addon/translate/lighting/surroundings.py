@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Backgrounds added up: colors exactly, images on one grid of directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Color, ImageTexture, Paint
+from spectral_core.spectra.spectrum import Spectrum
+
+from ..shading.images import linear_pixels
+from ..shading.reader import Reader
+
+MOST_ROWS = 1024
+"""Rows of an environment that is drawn anew; twice as many columns."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One background: its color or image, its strength, and how its image is turned into the world."""
+
+    color: Paint
+    strength: float = 1.0
+    turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(4), compare=False)
+
+
+def joined(reader: Reader, terms: list[Term]) -> Term:
+    """One background that is the sum of several."""
+    terms = [term for term in terms if term.strength > 0]
+    if not terms:
+        return Term(Color(np.zeros(3)), 0.0)
+    if len(terms) == 1:
+        return terms[0]
+    if any(isinstance(term.color, Spectrum) for term in terms):
+        reader.note("of several surroundings with spectra the strongest was used alone")
+        return max(terms, key=lambda term: term.strength)
+    plain = np.zeros(3)
+    for term in terms:
+        if isinstance(term.color, Color):
+            plain = plain + term.strength * term.color.linear_rgb
+    images = [term for term in terms if isinstance(term.color, ImageTexture)]
+    if not images:
+        return Term(Color(plain))
+    rows = min(max(term.color.pixels.shape[0] for term in images), MOST_ROWS)  # type: ignore[union-attr]
+    directions = _directions(rows)
+    total = np.broadcast_to(plain, directions.shape).copy()
+    for term in images:
+        assert isinstance(term.color, ImageTexture)
+        total += term.strength * _looked_up(term.color, directions @ term.turn[:3, :3])
+    return Term(_environment("surroundings", total))
+
+
+def resampled(image: ImageTexture, mapping: NDArray[np.float64], *, mirror_ball: bool = False) -> ImageTexture:
+    """An environment as it looks through an affine map (4, 4) of directions, or drawn as a mirror ball."""
+    directions = _directions(min(max(image.pixels.shape[0], 256), MOST_ROWS))
+    mapped = directions @ mapping[:3, :3].T + mapping[:3, 3]
+    return _environment(image.name, _looked_up(image, mapped, mirror_ball=mirror_ball))
+
+
+def _environment(name: str, pixels: NDArray[np.float64]) -> ImageTexture:
+    return ImageTexture(name, pixels.astype(np.float32), color_space="linear")
+
+
+def _directions(rows: int) -> NDArray[np.float64]:
+    """Unit directions (rows, 2 rows, 3) through the centers of an equirectangular image's pixels, bottom row first."""
+    height = (np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2
+    around = np.pi - (np.arange(2 * rows) + 0.5) / rows * np.pi
+    upright, flat = np.sin(height)[:, None], np.cos(height)[:, None]
+    x, y = flat * np.cos(around), flat * np.sin(around)
+    return np.stack([x, y, np.broadcast_to(upright, x.shape)], axis=-1)
+
+
+def _looked_up(
+    image: ImageTexture, directions: NDArray[np.float64], *, mirror_ball: bool = False
+) -> NDArray[np.float64]:
+    """Linear RGB (..., 3) of an environment along directions of any length, interpolated."""
+    pixels = np.asarray(linear_pixels(image), dtype=np.float64)
+    pixels = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels[..., :3]
+    rows, columns = pixels.shape[:2]
+    if mirror_ball:  # Cycles: direction_to_mirrorball
+        unit = directions / np.maximum(np.linalg.norm(directions, axis=-1, keepdims=True), 1e-12)
+        bent = 2 * np.sqrt(np.maximum(-0.5 * (unit[..., 1] - 1), 1e-12))
+        u, v = (0.5 * (unit[..., axis] / bent + 1) for axis in (0, 2))
+    else:  # Cycles: direction_to_equirectangular
+        x, y, z = np.moveaxis(directions, -1, 0)
+        u = 0.5 - np.arctan2(y, x) / (2 * np.pi)
+        v = np.arctan2(z, np.hypot(x, y)) / np.pi + 0.5
+    column, row = u * columns - 0.5, np.clip(v * rows - 0.5, 0, rows - 1)
+    left, low = np.floor(column).astype(int), np.minimum(np.floor(row).astype(int), max(rows - 2, 0))
+    across, up = (column - left)[..., None], (row - low)[..., None]
+    high = np.minimum(low + 1, rows - 1)
+    below = pixels[low, left % columns] * (1 - across) + pixels[low, (left + 1) % columns] * across
+    above = pixels[high, left % columns] * (1 - across) + pixels[high, (left + 1) % columns] * across
+    result: NDArray[np.float64] = below * (1 - up) + above * up
+    return result

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's world to surroundings of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Color, ImageTexture, MixedPaint, Rays, World, gray
+
+from ... import compat
+from .. import spectra
+from ..context import Translation
+from ..ledger import note_changed, note_nodes
+from ..shading import surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
+from ..shading.fields import mean_color
+from ..shading.images import image_of_node
+from ..shading.reader import Reader, evaluator
+from ..shading.texture_nodes import mapping_matrix
+from ..shading.tree import Input, Output, linked, surface_output
+from ..visibility import cycles_settings, world_hidden_from
+from .surroundings import Term, joined, resampled
+
+
+def translate_world(translation: Translation, world: Any) -> World:
+    """Surroundings of a ``bpy.types.World``; None is black, as in Blender."""
+    if world is None:
+        return World()
+    reader = Reader(translation, world.name)
+    tree = compat.node_tree(world)
+    for item in (world, getattr(world, "cycles", None)):
+        note_changed(translation, world.name, item)
+    note_nodes(translation, world.name, tree)
+    own: dict[str, Any] = {
+        "group": getattr(world.original, "lightgroup", ""),  # Blender does not tell the evaluated copy of a change
+        "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
+        "max_bounces": cycles_settings(world, "max_bounces", 1024),
+    }
+    if tree is None:
+        lights = sees = Term(Color(translation.linear_rgb(world.color)))
+    else:
+        lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
+    spectrum = spectra.spectrum_of(translation, world)
+    if spectrum is not None:
+        lights = sees = Term(spectrum, lights.strength * spectra.strength_of(world))
+    made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, **own)
+    if sees == lights or Rays.CAMERA & own["hidden_from"]:
+        return made
+    view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
+    return replace(made, camera_view=view)
+
+
+def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
+    """What surrounds the scene for the light in it, and for the camera."""
+    output = surface_output(tree, "OUTPUT_WORLD")
+    if output is None:
+        return [], []
+    if linked(Input(output.inputs["Volume"])) is not None:
+        reader.note("a volume in the world is left out")
+    source = linked(Input(output.inputs["Surface"]))
+    light = _terms(reader, source, 1.0, camera=False)
+    # one that tells no rays apart is read once, so that both are the same
+    return light, _terms(reader, source, 1.0, camera=True) if _tells_camera_rays(source) else light
+
+
+def _tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
+    """Whether a tree asks what kind of ray it is seen by."""
+    if source is None or depth > 50:
+        return False
+    if source.node.type == "LIGHT_PATH":
+        return True
+    return any(_tells_camera_rays(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
+
+
+def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool) -> list[Term]:
+    """The backgrounds that a shader adds up, each with its weight in its strength."""
+    if source is None or weight == 0:
+        return []
+    kind = source.node.type
+    if kind in ("BACKGROUND", "EMISSION"):
+        return [_background(reader, source, weight, camera=camera)]
+    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
+    weights = [weight] * len(places)
+    if kind == "MIX_SHADER":
+        share = _number(reader, source.input("Fac") or source.input("Factor"), 0.5, camera=camera)
+        share = min(max(share, 0.0), 1.0)
+        weights = [weight * (1 - share), weight * share]
+    elif kind != "ADD_SHADER":
+        reader.note(f"the world's shader {source.label!r} is not understood; the first background in it was used")
+        places = [place for place in places if linked(place) is not None][:1]
+    found = (_terms(reader, linked(place), w, camera=camera) for place, w in zip(places, weights, strict=False))
+    return [term for terms in found for term in terms]
+
+
+def _number(reader: Reader, place: Input | None, fallback: float, *, camera: bool) -> float:
+    """A number that may depend on the kind of ray: exact for the camera's own, else what diffuse light meets."""
+    source = linked(place)
+    if source is None or source.node.type != "LIGHT_PATH":
+        return reader.number(place, fallback)
+    name = source.socket.name
+    if name != "Is Camera Ray":
+        reader.note(f"{name!r} in the world tells rays apart that are one here; what lights matt surfaces was used")
+    return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))
+
+
+def _background(reader: Reader, source: Output, weight: float, *, camera: bool) -> Term:
+    """One Background node."""
+    strength = weight * max(_number(reader, source.input("Strength"), 1.0, camera=camera), 0.0)
+    spectrum = spectra.spectrum_of(reader.translation, source.node)
+    if spectrum is not None:
+        return Term(spectrum, strength * spectra.strength_of(source.node))
+    place = source.input("Color")
+    color = gray(1.0) if place is None else reader.paint(place, gray(1.0))
+    if isinstance(color, MixedPaint):
+        reader.note("two mixed colors or images surround the scene; their mean was used")
+        color = Color(np.broadcast_to(mean_color(reader.field(place)), (3,)))  # type: ignore[arg-type]
+    if not isinstance(color, ImageTexture):
+        return Term(color, strength)
+    image = _find(linked(place), "TEX_ENVIRONMENT")
+    mirror_ball = image is not None and image.node.projection == "MIRROR_BALL"
+    mapping = _mapping(reader, image)
+    rotation, stretch = _polar(mapping[:3, :3])
+    is_turn = np.allclose(stretch, stretch[0, 0] * np.eye(3), atol=1e-6) and not np.any(mapping[:3, 3])
+    if is_turn and not mirror_ball:
+        turn = np.eye(4)
+        turn[:3, :3] = rotation.T
+        return Term(color, strength, turn)
+    return Term(resampled(color, mapping, mirror_ball=mirror_ball), strength)
+
+
+@evaluator("TEX_ENVIRONMENT")
+def _environment(reader: Reader, output: Output) -> Any:
+    texture = image_of_node(reader.translation, output.node, reader.owner, output.socket.name)
+    return np.full(3, 0.5) if texture is None else replace(texture, extension="repeat")
+
+
+def _mapping(reader: Reader, image: Output | None) -> NDArray[np.float64]:
+    """What the nodes before an environment image do to a direction: a (4, 4) affine map."""
+    source = None if image is None else linked(image.input("Vector"))
+    if source is None:
+        if image is None:
+            reader.note("an image that is no environment texture surrounds the scene as if it were one")
+        return np.eye(4)
+    if source.node.type == "TEX_COORD":
+        if source.socket.name not in ("Generated", "Normal", "Object"):
+            reader.note(f"the coordinates {source.socket.name!r} of the surroundings are not understood")
+        return np.eye(4)
+    if source.node.type != "MAPPING":
+        reader.note(f"{source.label!r} before the environment image is not understood")
+        return np.eye(4)
+    return np.asarray(mapping_matrix(reader, source), dtype=np.float64)
+
+
+def _polar(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Nearest orthogonal matrix, and what is left: matrix = rotation @ stretch."""
+    left, lengths, right = np.linalg.svd(matrix)
+    return left @ right, right.T @ np.diag(lengths) @ right
+
+
+def _find(source: Output | None, kind: str, depth: int = 0) -> Output | None:
+    """The first node of a type that feeds an output."""
+    if source is None or depth > 50 or source.node.type == kind:
+        return source if depth <= 50 else None
+    below = (linked(Input(socket, source.groups)) for socket in source.node.inputs)
+    return next((found for output in below if output and (found := _find(output, kind, depth + 1))), None)

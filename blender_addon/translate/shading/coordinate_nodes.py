@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nodes that read the point that is shaded: coordinates, geometry, attributes, view, normals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .fields import Value
+from .reader import NEUTRAL, Reader, evaluator
+from .tree import Input, Output, linked
+
+
+def normal_of(reader: Reader, place: Input | None) -> Value:
+    """A Normal socket: what is linked to it, else the surface's own normal."""
+    if place is None or linked(place) is None:
+        return reader.point("normal")
+    return reader.as_value(reader.field(place))
+
+
+def round_tangent(reader: Reader) -> Value:
+    """The direction along the surface that goes around the object's Z axis (Cycles' radial tangent)."""
+    around = reader.emit("around_z", reader.point("generated"))
+    around = reader.emit("transformed", around, settings=("NORMAL", "OBJECT", "WORLD"))
+    return reader.emit("along_surface", around, reader.point("normal"))
+
+
+@evaluator("TEX_COORD")
+def _coordinates(reader: Reader, output: Output) -> Any:
+    name = output.socket.name
+    if name in ("Generated", "UV", "Window"):
+        return reader.point(name.lower())
+    if name == "Normal":
+        return reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
+    if name == "Camera":
+        return reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "CAMERA"))
+    if name == "Reflection":
+        return reader.emit("reflection", reader.point("incoming"), reader.point("normal"))
+    target = output.node.object
+    if target is None:
+        return reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "OBJECT"))
+    matrix = np.array(target.evaluated_get(reader.translation.depsgraph).matrix_world, dtype=np.float64)
+    if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 4:
+        return np.zeros(3)
+    inverse = np.linalg.inv(matrix)
+    turned = reader.emit("affine", reader.point("position"), *inverse[:3, :3])
+    return reader.emit("vector_math", turned, inverse[:3, 3], 0.0, 0.0, settings=("ADD",))
+
+
+@evaluator("UVMAP")
+def _uv_map(reader: Reader, output: Output) -> Any:
+    name = output.node.uv_map
+    return reader.point(f"attribute:{name}" if name else "uv")
+
+
+@evaluator("NEW_GEOMETRY")
+def _geometry(reader: Reader, output: Output) -> Any:
+    name = output.socket.name
+    plain = {"Position": "position", "Normal": "normal", "True Normal": "true_normal", "Incoming": "incoming"}
+    if name in plain:
+        return reader.point(plain[name])
+    if name == "Tangent":
+        return round_tangent(reader)
+    if name == "Backfacing":
+        return reader.point("backfacing", 1)
+    reader.note(f"{name!r} of {output.label!r} is not computed; {NEUTRAL} was used")
+    return NEUTRAL
+
+
+@evaluator("OBJECT_INFO")
+def _object_info(reader: Reader, output: Output) -> Any:
+    name = output.socket.name
+    if name == "Location":
+        return reader.point("object_location")
+    if name == "Color":
+        return reader.point("object_color")
+    numbers = {"Alpha": "object_alpha", "Object Index": "object_index", "Random": "object_random"}
+    if name in numbers:
+        return reader.point(numbers[name], 1)
+    if name == "Material Index":
+        return float(reader.material_index)
+    reader.note(f"{name!r} of {output.label!r} is not read; 0 was used")
+    return 0.0
+
+
+@evaluator("CAMERA")
+def _camera_data(reader: Reader, output: Output) -> Any:
+    place = reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "CAMERA"))
+    if output.socket.name == "View Vector":
+        return reader.emit("normalize", place)
+    if output.socket.name == "View Z Depth":
+        return reader.emit("math", reader.emit("component", place, settings=(2,)), 0.0, 0.0, settings=("ABSOLUTE",))
+    return reader.emit("vector_number", place, place, settings=("LENGTH",))
+
+
+@evaluator("ATTRIBUTE", "VERTEX_COLOR")
+def _attribute(reader: Reader, output: Output) -> Any:
+    node = output.node
+    name = getattr(node, "attribute_name", "") or getattr(node, "layer_name", "")
+    kind = getattr(node, "attribute_type", "GEOMETRY")
+    if kind != "GEOMETRY":
+        reader.note(
+            f"{output.label!r} reads {name!r} of the {kind.lower().replace('_', ' ')}, which is not read; 0 was used"
+        )
+        return 0.0 if output.socket.type == "VALUE" else np.zeros(3)
+    if output.socket.name == "Alpha":
+        return reader.point(f"attribute_alpha:{name}", 1)
+    value = reader.point(f"attribute:{name}")
+    return reader.emit("mean", value) if output.socket.type == "VALUE" else value
+
+
+@evaluator("PARTICLE_INFO", "HAIR_INFO", "POINT_INFO", "VOLUME_INFO", "WIREFRAME", "BEVEL", "AMBIENT_OCCLUSION")
+def _not_read(reader: Reader, output: Output) -> Any:
+    if output.node.type == "BEVEL":
+        reader.note(f"{output.label!r} is not simulated; edges stay sharp")
+        return normal_of(reader, output.input("Normal"))
+    if output.node.type == "AMBIENT_OCCLUSION":
+        reader.note(f"{output.label!r} is not simulated; everything counts as open")
+        return reader.read(output, "Color", np.ones(3)) if output.socket.type == "RGBA" else 1.0
+    reader.note(f"{output.label!r} is not read; a neutral gray was used")
+    return np.full(3, NEUTRAL) if output.socket.type in ("RGBA", "VECTOR") else NEUTRAL
+
+
+@evaluator("TANGENT")
+def _tangent(reader: Reader, output: Output) -> Any:
+    if output.node.direction_type == "UV_MAP":
+        if output.node.uv_map:
+            reader.note(f"{output.label!r}: the tangent follows the map that renders, not {output.node.uv_map!r}")
+        return reader.point("tangent")
+    if output.node.axis != "Z":
+        reader.note(f"{output.label!r}: the radial tangent goes around the object's Z axis here")
+    return round_tangent(reader)
+
+
+@evaluator("FRESNEL")
+def _fresnel(reader: Reader, output: Output) -> Any:
+    normal = normal_of(reader, output.input("Normal"))
+    return reader.emit(
+        "fresnel", reader.read(output, "IOR", 1.5), normal, reader.point("incoming"), reader.point("backfacing", 1)
+    )
+
+
+@evaluator("LAYER_WEIGHT")
+def _layer_weight(reader: Reader, output: Output) -> Any:
+    normal, incoming = normal_of(reader, output.input("Normal")), reader.point("incoming")
+    blend = reader.read(output, "Blend", 0.5)
+    if output.socket.name == "Fresnel":
+        return reader.emit("layer_fresnel", blend, normal, incoming, reader.point("backfacing", 1))
+    return reader.emit("layer_facing", blend, normal, incoming)
+
+
+@evaluator("BUMP")
+def _bump(reader: Reader, output: Output) -> Any:
+    normal = normal_of(reader, output.input("Normal"))
+    if (height := output.input("Height")) is None or linked(height) is None:
+        return normal
+    heights = []
+    for shift in range(3):
+        with reader.shifted(shift):
+            heights.append(reader.as_value(reader.field(height)))
+    sign = -1.0 if output.node.invert else 1.0
+    distance = reader.emit("math", reader.read(output, "Distance", 1.0), sign, 0.0, settings=("MULTIPLY",))
+    steps = (reader.point("step_x"), reader.point("step_y"))
+    return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps)
+
+
+@evaluator("NORMAL_MAP")
+def _normal_map(reader: Reader, output: Output) -> Any:
+    node = output.node
+    color, strength = reader.read(output, "Color"), reader.read(output, "Strength", 1.0)
+    if node.space == "TANGENT":
+        if node.uv_map:
+            reader.note(f"{output.label!r}: its tangents follow the UV map that renders, not {node.uv_map!r} by name")
+        axes = reader.point("tangent"), reader.point("bitangent")
+        return reader.emit("normal_map", color, strength, reader.point("normal"), *axes)
+    direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
+    if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z point the other way
+        direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))
+    if node.space.endswith("OBJECT"):
+        direction = reader.emit("transformed", direction, settings=("NORMAL", "OBJECT", "WORLD"))
+    return reader.emit("normal_blend", direction, strength, reader.point("normal"))
+
+
+@evaluator("DISPLACEMENT", "VECTOR_DISPLACEMENT")
+def _displacement(reader: Reader, output: Output) -> Any:
+    reader.note(f"{output.label!r} moves nothing here")
+    return np.zeros(3)

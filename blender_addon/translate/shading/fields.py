@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a node tree's socket evaluates to: a result of the material's program, a spectrum, or two of them mixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene.shading import Builder, Program
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Spectrum
+
+from .images import linear_pixels
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """A result of a program under construction. ``kind``: of the socket, ``"VALUE"``, ``"RGBA"`` or ``"VECTOR"``."""
+
+    builder: Builder
+    register: int
+    kind: str
+
+    @property
+    def constant(self) -> Array | None:
+        """(1,) or (3,) where it does not vary, else None."""
+        return self.builder.constant(self.register)
+
+    def as_width(self, width: int) -> int:
+        """Its register as a number or as three; of colors the luminance, of vectors the mean, as in Blender."""
+        return self.builder.as_width(self.register, width, is_color=self.kind != "VECTOR")
+
+    def program(self, width: int) -> Program:
+        """What computes it."""
+        return self.builder.program(self.as_width(width))
+
+
+@dataclass(frozen=True, eq=False)
+class Mixed:
+    """Two fields mixed by a number that may vary; ``builder``: of the program that the number belongs to."""
+
+    factor: Value
+    first: Field
+    second: Field
+
+
+Field = Value | Spectrum | SpectralImage | Mixed
+
+
+def paint_of(field: Field) -> Paint:
+    """The field as a color."""
+    if isinstance(field, Mixed):
+        return MixedPaint(scalar_of(field.factor), paint_of(field.first), paint_of(field.second))
+    if isinstance(field, (Spectrum, SpectralImage)):
+        return field
+    if field.constant is not None:
+        return Color(np.broadcast_to(field.constant, (3,)))
+    return Computed(field.program(3))
+
+
+def scalar_of(field: Field) -> Scalar:
+    """The field as a number."""
+    value = value_of(field)
+    constant = value.builder.constant(value.as_width(1))
+    return Computed(value.program(1)) if constant is None else float(constant[0])
+
+
+def value_of(field: Field, builder: Builder | None = None) -> Value:
+    """The field as a result of a program; a spectrum takes part with its color."""
+    if isinstance(field, Value):
+        return field
+    if isinstance(field, (Spectrum, SpectralImage)):
+        builder = builder or Builder()
+        return Value(builder, builder.number(mean_color(field)), "RGBA")
+    builder = field.factor.builder
+    first, second = (value_of(part, builder) for part in (field.first, field.second))
+    factor = field.factor.as_width(1)
+    register = builder.add("mix_vector", (factor, first.as_width(3), second.as_width(3)))
+    return Value(builder, register, "RGBA")
+
+
+def mean_color(field: Field | Paint | Scalar | Array) -> Array:
+    """Mean color (3,) or number (1,), linear sRGB."""
+    if isinstance(field, ImageTexture):
+        return np.asarray(linear_pixels(field).mean(axis=(0, 1), dtype=np.float64))
+    if isinstance(field, Spectrum):
+        return color_of_spectrum(field)
+    if isinstance(field, SpectralImage):
+        return np.asarray(daylight_picture(field).pixels.mean(axis=(0, 1), dtype=np.float64))
+    if isinstance(field, Color):
+        return np.asarray(field.linear_rgb)
+    if isinstance(field, Computed):
+        return field.typical
+    if isinstance(field, MixedPaint):
+        share = mean_color(field.factor)
+        return np.asarray((1 - share) * mean_color(field.first) + share * mean_color(field.second))
+    if isinstance(field, (Value, Mixed)):
+        value = value_of(field)
+        constant = value.constant
+        return constant if constant is not None else Computed(value.builder.program(value.register)).typical
+    return np.atleast_1d(np.asarray(field, dtype=np.float64))
+
+
+def daylight_picture(field: SpectralImage) -> ImageTexture:
+    """What a spectral texture shows under D65, for nodes that compute with colors."""
+    daylight = normalized(illuminant("D65"))
+    pixels = np.clip(field.linear_rgb(daylight), 0.0, 1.0)
+    return ImageTexture(field.name, pixels, "linear", field.extension, field.interpolation, field.uv_from_mesh_uv)
+
+
+def color_of_spectrum(spectrum: Spectrum) -> Array:
+    """Linear sRGB (3,) of a reflectance under D65, or of an illuminant at the luminance of white."""
+    light, surface = (spectrum, None) if isinstance(spectrum, Illuminant) else (illuminant("D65"), spectrum)
+    white = xyz_of(light)[1]
+    return np.asarray(linear_rgb_from_xyz(xyz_of(light, surface) / white)) if white > 0 else np.zeros(3)

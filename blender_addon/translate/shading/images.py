@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender images to pixels with a stated color space; an image that cannot be had is a Note, not magenta."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import ImageTexture
+from spectral_core.spectra.color import linear_from_display_rgb
+
+from ... import compat
+from ..context import Translation
+
+Array = NDArray[Any]
+
+EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
+    "REPEAT": "repeat",
+    "EXTEND": "extend",
+    "CLIP": "clip",
+    "MIRROR": "mirror",
+}
+INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
+LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
+NUMBER_SPACES = ("Non-Color", "Raw")
+
+
+def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
+    """Image of an Image or Environment Texture node with the node's interpolation and extension.
+
+    ``owner``: whose node it is; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
+    Note, where there is no picture.
+    """
+    image = node.image
+    if image is None:
+        translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
+        return None
+    texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
+    if texture is None:
+        return None
+    extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
+    interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
+    if (texture.extension, texture.interpolation) == (extension, interpolation):
+        return texture
+    key = (id(texture), extension, interpolation)  # one object per use, so that the renderer stores it once
+    if key not in translation.images:
+        translation.images[key] = replace(texture, extension=extension, interpolation=interpolation)
+    return translation.images[key]
+
+
+def alpha_is_read(node: Any) -> bool:
+    """Whether anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
+    socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
+    return socket is not None and bool(socket.is_linked)
+
+
+def read_image(
+    translation: Translation, image: Any, channel: str = "Color", *, alpha_is_read: bool = True
+) -> ImageTexture | None:
+    """Pixels of a ``bpy.types.Image``, read once per translation and use; None, with a Note, where it has none.
+
+    ``alpha_is_read``: whether the alpha is used too; where it is not, Cycles shows colors multiplied by it.
+    """
+    key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel, alpha_is_read)
+    if key not in translation.images:
+        translation.images[key] = _read(translation, image, channel, alpha_is_read)
+    return translation.images[key]
+
+
+def _read(translation: Translation, image: Any, channel: str, alpha_is_read: bool) -> ImageTexture | None:
+    width, height = image.size
+    if width == 0 or height == 0 or len(image.pixels) == 0:
+        where = image.filepath or "no file"
+        translation.note(image.name, f"the image could not be read ({where}); a neutral gray stands in for it")
+        return None
+    if image.source in ("SEQUENCE", "MOVIE"):
+        translation.note(image.name, "an image sequence or movie shows the frame that Blender has loaded")
+    if image.source == "TILED":
+        translation.note(image.name, "of a tiled (UDIM) image only the first tile is used")
+    values = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(values)
+    pixels = values.reshape(height, width, -1)
+    if not np.isfinite(pixels).all():
+        translation.note(image.name, "pixels that are not finite numbers were taken as black")
+        pixels = np.where(np.isfinite(pixels), pixels, np.float32(0))
+    has_alpha = pixels.shape[2] == 4 and image.alpha_mode != "NONE"
+    if channel == "Alpha":
+        alpha = pixels[..., 3:4] if has_alpha else np.ones((height, width, 1), dtype=np.float32)
+        return ImageTexture(f"{image.name} (alpha)", _compact(alpha, image.is_float), color_space="raw")
+    colors = pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1]
+    space = image.colorspace_settings.name
+    if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
+        colors = _associated(translation, image, colors, pixels[..., 3:4])
+        if alpha_is_read:  # stored multiplied and divided after filtering, as in Cycles
+            colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
+    if image.is_float:  # Blender has already brought these to its scene-linear space
+        return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
+    return _byte_image(translation, image.name, colors, space)
+
+
+def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
+    """Colors multiplied by alpha in the file's own encoding, as Cycles stores them."""
+    if image.is_float:  # float buffers come multiplied
+        return colors
+    if image.alpha_mode == "PREMUL" and image.packed_file is None and image.source == "FILE":
+        # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
+        translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
+        colors = colors * alpha
+    # Cycles multiplies bytes and rounds down
+    levels = np.floor(np.rint(np.clip(colors, 0, 1) * 255) * np.rint(alpha * 255) / 255)
+    return np.asarray(levels / 255, dtype=np.float32)
+
+
+def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
+    if not is_color:
+        return ImageTexture(name, colors, color_space="raw")
+    if colors.shape[2] >= 3 and not np.array_equal(translation.rgb_from_working, np.eye(3)):
+        colors = np.concatenate([translation.linear_rgb(colors), colors[..., 3:]], axis=2).astype(np.float32)
+    return ImageTexture(name, colors, color_space="linear")
+
+
+def _byte_image(translation: Translation, name: str, colors: Array, space: str) -> ImageTexture:
+    if space in NUMBER_SPACES or space in LINEAR_SPACES:
+        return ImageTexture(name, _compact(colors), color_space="raw" if space in NUMBER_SPACES else "linear")
+    matrix = compat.rec709_from_working("Linear Rec.2020" if space == "Rec.2020" else space)
+    if matrix is not None:
+        rgb = linear_from_display_rgb(colors[..., :3]) if space == "Rec.2020" else colors[..., :3]
+        linear = np.concatenate([np.broadcast_to(rgb, (*rgb.shape[:2], 3)) @ matrix.T, colors[..., 3:]], axis=2)
+        return ImageTexture(name, linear.astype(np.float32), color_space="linear")
+    if space != "sRGB":
+        translation.note(name, f"the color space {space!r} of this image is read as sRGB")
+    return ImageTexture(name, _compact(colors), color_space="srgb")
+
+
+def _compact(values: Array, is_float: bool = False) -> Array:
+    """Values of a byte image as bytes again: a quarter of the memory."""
+    return np.ascontiguousarray(values) if is_float else np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
+
+
+def linear_pixels(texture: ImageTexture) -> Array:
+    """Colors (h, w, 3) or numbers (h, w, 1), float32, with the display curve taken off."""
+    pixels = texture.pixels[..., :3] if texture.pixels.shape[2] >= 3 else texture.pixels[..., :1]
+    if pixels.dtype == np.uint8:
+        table = np.arange(256) / 255
+        if texture.color_space == "srgb":
+            table = linear_from_display_rgb(table)
+        return table.astype(np.float32)[pixels]
+    linear = linear_from_display_rgb(pixels) if texture.color_space == "srgb" else pixels
+    return np.asarray(linear, dtype=np.float32)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender materials to named materials of the scene."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_core.scene import Color, Diffuse, Material, Surface, gray, programs_of
+
+from ... import compat
+from .. import spectra
+from ..context import Translation
+from . import media
+from .material_spectrum import with_spectrum
+from .reader import Reader
+from .surfaces import surface_of
+from .tree import Input, linked, surface_output
+
+UNDRESSED = Material("No material", Diffuse(gray(0.8)))
+"""What an object without a material wears, as in Cycles."""
+
+
+@dataclass(frozen=True)
+class Dressed:
+    """A material, and what it reads from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``."""
+
+    material: Material
+    reads: frozenset[str]
+
+
+MOST_FRAMES = 50_000
+"""Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
+
+
+def translate_material(translation: Translation, material: Any) -> Dressed:
+    """Material of a ``bpy.types.Material``; None is the plain default."""
+    if material is None:
+        return Dressed(UNDRESSED, frozenset())
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, MOST_FRAMES))
+    try:
+        return _translate(translation, material)
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def _translate(translation: Translation, material: Any) -> Dressed:
+    name = material.name_full
+    reader = Reader(translation, material.name, on_surface=True)
+    reader.material_index = int(material.pass_index)
+    tree = compat.node_tree(material)
+    output = surface_output(tree)
+    medium = media.medium_of(reader, output) if output is not None else None
+    surface: Surface | None
+    if tree is None:
+        surface = Diffuse(Color(translation.linear_rgb(material.diffuse_color)))  # what the viewport shows
+    elif output is None:
+        reader.note("the material has no output node; it is black")
+        surface = surface_of(reader, None)
+    else:
+        place = Input(output.inputs["Surface"])
+        surface = None if medium is not None and linked(place) is None else surface_of(reader, place)
+        if linked(Input(output.inputs["Displacement"])) is not None:
+            reader.note("displacement is not simulated; the surface stays as the mesh is")
+    spectrum = spectra.spectrum_of(translation, material)
+    if spectrum is not None and surface is not None:
+        surface = with_spectrum(surface, spectrum)
+    reads = {name for program in programs_of(surface) for name in program.inputs}
+    return Dressed(Material(name, surface, medium), frozenset(reads))

@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colors and numbers of a node tree: each socket becomes instructions of the material's program, node by node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene.shading import Builder, Program
+from spectral_core.spectra.spectrum import Spectrum
+
+from .. import spectra
+from ..context import Translation
+from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of, scalar_of, value_of
+from .tree import Input, Output
+
+NEUTRAL = 0.5
+"""Gray that stands in for a picture or pattern that cannot be had."""
+MOST_NESTED = 2000
+"""Nodes in a row that are followed."""
+
+
+@dataclass
+class Reader:
+    """Reads the sockets of one material, light or world.
+
+    ``on_surface``: whether values may vary from place to place; a lamp or world gets means, with a Note, and an
+    environment image as it is. ``shift``: where Bump samples its height, see ``vector_input``.
+    """
+
+    translation: Translation
+    owner: str
+    on_surface: bool = False
+    builder: Builder = field(default_factory=Builder)
+    shift: int = 0
+    material_index: int = 0
+    _known: dict[Any, Field] = field(default_factory=dict)
+    _open: set[Any] = field(default_factory=set)
+    _environments: list[ImageTexture] = field(default_factory=list)
+
+    def note(self, message: str) -> None:
+        """Tell the user something about the owner."""
+        self.translation.note(self.owner, message)
+
+    # what surfaces, lamps and worlds ask for
+
+    def paint(self, place: Input | None, fallback: Paint) -> Paint:
+        """A socket as a color."""
+        return fallback if place is None else self._settled(paint_of(self.field(place)), place)
+
+    def scalar(self, place: Input | None, fallback: float) -> Scalar:
+        """A socket as a number, which may vary over the surface."""
+        if place is None:
+            return fallback
+        value = scalar_of(self.field(place))
+        return value if self.on_surface or isinstance(value, float) else self.number(place, fallback)
+
+    def number(self, place: Input | None, fallback: float) -> float:
+        """A socket as one number: of one that varies the mean, with a Note."""
+        if place is None:
+            return fallback
+        value = scalar_of(self.field(place))
+        if isinstance(value, float):
+            return value
+        self.note(f"{place.node.name}: {place.socket.name} takes one number here, its mean was used")
+        return float(mean_color(value)[0])
+
+    def factor(self, place: Input | None, fallback: float) -> Scalar:
+        """Factor of a mix, held within [0, 1] as Blender does."""
+        if place is None:
+            return fallback
+        value = self.as_value(self.field(place))
+        return scalar_of(self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",)))
+
+    def vector(self, place: Input | None, fallback: float) -> np.ndarray:
+        """A vector socket (3,) that does not vary."""
+        value: Any = fallback if place is None else self.field(place)
+        if isinstance(value, Value) and value.constant is None:
+            self.note("a texture mapping that itself varies is not understood; its mean was used")
+        return np.broadcast_to(mean_color(value), (3,))
+
+    def _settled(self, paint: Paint, place: Input) -> Paint:
+        """A color as its owner can carry it."""
+        if self.on_surface or isinstance(paint, (Color, Spectrum)):
+            return paint
+        if isinstance(paint, Computed) and self._environments and "environment" in paint.program.inputs:
+            return self._environment_image(paint.program)
+        if isinstance(paint, MixedPaint):
+            return paint
+        self.note(f"{place.node.name}: a color that varies from place to place is shown with its mean")
+        return Color(np.broadcast_to(mean_color(paint), (3,)))
+
+    def _environment_image(self, program: Program) -> ImageTexture:
+        """A program of an environment image as an image: itself, or computed pixel by pixel."""
+        texture = self._environments[0]
+        if len(program.instructions) == 2:
+            return texture
+        height, width = texture.pixels.shape[:2]
+        u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
+        flat = (u.ravel(), v.ravel(), np.zeros(u.size))
+        pixels = program.evaluate(lambda name, shift: flat, np.float32)
+        pixels = np.nan_to_num(np.broadcast_to(pixels, (u.size, 3))).reshape(height, width, 3)
+        return replace(texture, pixels=pixels.astype(np.float32), color_space="linear")
+
+    # what the nodes' evaluators ask for
+
+    def field(self, place: Input) -> Field:
+        """What a socket evaluates to."""
+        source = place.source()
+        if isinstance(source, Input):
+            return self.constant(source)
+        spectrum = spectra.spectrum_of(self.translation, source.node)
+        if spectrum is not None:
+            return spectrum
+        key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift)
+        if key in self._known:
+            return self._known[key]
+        if key in self._open or len(self._open) > MOST_NESTED:
+            self.note(f"the node {source.label!r} reads itself or too long a chain; 0 was used")
+            return self.literal(0.0)
+        self._open.add(key)
+        try:
+            read = EVALUATORS.get(source.node.type)
+            found = self.unknown(source) if read is None else self.as_field(read(self, source), source.socket.type)
+        finally:
+            self._open.discard(key)
+        self._known[key] = found
+        return found
+
+    def as_field(self, found: Any, kind: str) -> Field:
+        """What an evaluator returned, as a field: plain numbers, colors and environment images are entered."""
+        if isinstance(found, ImageTexture):
+            self._environments.append(found)
+            place = self.builder.add("vector_input", (), "environment", 0)
+            return Value(self.builder, self.builder.add("image_color", (place,), False, data=found), "RGBA")
+        if isinstance(found, Value):
+            return replace(found, kind=kind) if kind in ("VALUE", "RGBA", "VECTOR") else found
+        if isinstance(found, (Spectrum, SpectralImage, Mixed)):
+            return found
+        return Value(self.builder, self.builder.number(found), kind)
+
+    def constant(self, place: Input) -> Value:
+        """The value that an unlinked socket holds: colors become linear sRGB."""
+        value, kind = place.default, place.socket.type
+        if value is None or isinstance(value, (str, bool)):
+            return self.literal(float(value) if isinstance(value, bool) else 0.0)
+        if isinstance(value, (int, float)):
+            return self.literal(float(value))
+        array = np.asarray(value[:], dtype=np.float64)
+        if not np.isfinite(array).all():
+            self.note(f"{place.node.name}: {place.socket.name} is not a finite number; 0 was used")
+            array = np.zeros(3)
+        color = self.translation.linear_rgb(array) if kind == "RGBA" else array[:3]
+        return Value(self.builder, self.builder.number(color), kind)
+
+    def literal(self, value: Any) -> Value:
+        """A constant of the program."""
+        register = self.builder.number(value)
+        return Value(self.builder, register, "VALUE" if np.size(value) == 1 else "VECTOR")
+
+    def as_value(self, found: Any) -> Value:
+        """A field or plain constant as a result of the program; a spectrum loses by it, with a Note."""
+        if isinstance(found, (float, int, tuple, np.ndarray)):
+            return self.literal(found)
+        if isinstance(found, (Spectrum, SpectralImage)) or (isinstance(found, Mixed) and _holds_spectrum(found)):
+            self.note("a spectrum goes through a math or color node: the node worked on its color instead")
+        if isinstance(found, SpectralImage):
+            return self.emit("image_color", self.point("uv"), settings=(False,), data=daylight_picture(found))
+        return value_of(found, self.builder)
+
+    def read(self, output: Output, name: str, fallback: Any = 0.0) -> Value:
+        """An input of a node, by identifier or name; ``fallback`` where this Blender's node has none such."""
+        place = output.input(name)
+        return self.as_value(fallback if place is None else self.field(place))
+
+    def emit(self, operation: str, *inputs: Any, settings: tuple[Any, ...] = (), data: Any = None) -> Value:
+        """Result of an operation on values or plain constants."""
+        from spectral_core.scene.shading import OPERATIONS
+
+        known = OPERATIONS[operation]
+        registers = tuple(self.as_value(i).as_width(w) for i, w in zip(inputs, known.widths, strict=True))
+        register = self.builder.add(operation, registers, *settings, data=data)
+        return Value(self.builder, register, "VALUE" if known.result == 1 else "RGBA")
+
+    def point(self, name: str, width: int = 3) -> Value:
+        """Something of the point that is shaded."""
+        operation = "vector_input" if width == 3 else "number_input"
+        return Value(
+            self.builder, self.builder.add(operation, (), name, self.shift), "VECTOR" if width == 3 else "VALUE"
+        )
+
+    @contextmanager
+    def shifted(self, shift: int) -> Iterator[None]:
+        """Read everything a small step along the surface from here."""
+        before, self.shift = self.shift, shift
+        try:
+            yield
+        finally:
+            self.shift = before
+
+    def unknown(self, output: Output) -> Field:
+        """Closest thing to a node that is not understood: its own first color, else a neutral gray."""
+        self.note(f"the node {output.label!r} is not understood; a plain stand-in was used for it")
+        for socket in output.node.inputs:
+            if socket.type == "RGBA":
+                return self.field(Input(socket, output.groups))
+        return self.literal(np.full(3, NEUTRAL))
+
+    def mix(self, factor: Value, first: Field, second: Field) -> Field:
+        """Two fields mixed: kept apart where one is a spectrum, else computed."""
+        amount = self.builder.constant(factor.as_width(1))
+        if amount is not None and amount[0] in (0.0, 1.0):
+            return second if amount[0] else first
+        if any(isinstance(part, (Spectrum, SpectralImage, Mixed)) for part in (first, second)):
+            return Mixed(factor, first, second)
+        return self.emit("blend", factor, first, second, settings=("MIX",))
+
+
+def _holds_spectrum(field: Field) -> bool:
+    if isinstance(field, Mixed):
+        return _holds_spectrum(field.first) or _holds_spectrum(field.second)
+    return isinstance(field, (Spectrum, SpectralImage))
+
+
+EVALUATORS: dict[str, Callable[[Reader, Output], Any]] = {}
+"""Node type of Blender to what evaluates it; filled by the modules that know the nodes."""
+
+
+def evaluator(*kinds: str) -> Callable[[Callable[[Reader, Output], Any]], Callable[[Reader, Output], Any]]:
+    """Enter a function in EVALUATORS."""
+
+    def enter(function: Callable[[Reader, Output], Any]) -> Callable[[Reader, Output], Any]:
+        for kind in kinds:
+            EVALUATORS[kind] = function
+        return function
+
+    return enter

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texture nodes: images, and patterns that are computed where light meets the surface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import SpectralError
+
+from ...properties.texture import NODE
+from .fields import Value
+from .images import alpha_is_read, image_of_node
+from .reader import NEUTRAL, Reader, evaluator
+from .texture import spectral_image_of
+from .tree import Output, linked
+
+
+def place_of(reader: Reader, output: Output, implicit: str) -> Value:
+    """Coordinates that a texture node reads: its Vector, else its implicit ones, through its Texture Mapping panel."""
+    source = output.input("Vector")
+    if source is None or linked(source) is None:
+        place = reader.point(implicit)
+    else:
+        place = reader.as_value(reader.field(source))
+    return _through_panel(reader, output.node, place)
+
+
+def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
+    """The Texture Mapping of the sidebar (Cycles' ``TextureMapping::compute_transform``)."""
+    panel = getattr(node, "texture_mapping", None)
+    if panel is None:
+        return place
+    scale = np.array(panel.scale[:], dtype=np.float64)
+    matrix = np.eye(4)
+    matrix[:3, :3] = _rotation(np.array(panel.rotation[:], dtype=np.float64)) @ np.diag(scale)
+    if panel.vector_type in ("POINT", "TEXTURE"):
+        matrix[:3, 3] = panel.translation[:]
+    if panel.vector_type in ("TEXTURE", "NORMAL") and np.linalg.matrix_rank(matrix) == 4:
+        matrix = np.linalg.inv(matrix)
+        matrix = matrix.T if panel.vector_type == "NORMAL" else matrix
+    axes = np.zeros((4, 4))
+    axes[3, 3] = 1
+    for row, name in enumerate(("mapping_x", "mapping_y", "mapping_z")):
+        chosen = getattr(panel, name)
+        if chosen != "NONE":
+            axes[row, "XYZ".index(chosen)] = 1
+    matrix = matrix @ axes
+    if not np.array_equal(matrix, np.eye(4)):
+        place = reader.emit("affine", place, *matrix[:3, :3])
+        place = reader.emit("vector_math", place, matrix[:3, 3], 0.0, 0.0, settings=("ADD",))
+    for used, mode, limit in ((panel.use_min, "MAXIMUM", panel.min), (panel.use_max, "MINIMUM", panel.max)):
+        if used:
+            place = reader.emit("vector_math", place, np.array(limit[:]), 0.0, 0.0, settings=(mode,))
+    return place
+
+
+@evaluator("CUSTOM GROUP")
+def _spectral_texture(reader: Reader, output: Output) -> Any:
+    """Our own node; a node of another add-on is not understood."""
+    if output.node.bl_idname != NODE:
+        return reader.unknown(output)
+    try:
+        return spectral_image_of(output.node)
+    except SpectralError as error:
+        reader.note(f"Spectral Texture {output.node.name!r}: {error}; a neutral gray was used")
+        return np.full(3, NEUTRAL)
+
+
+@evaluator("TEX_IMAGE")
+def _image(reader: Reader, output: Output) -> Any:
+    node = output.node
+    is_alpha = output.socket.name == "Alpha"
+    texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
+    if texture is None:
+        return 1.0 if is_alpha else np.full(3, NEUTRAL)
+    unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
+    if node.projection == "BOX":
+        place = place_of(reader, output, "generated")
+        normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
+        blend = float(node.projection_blend)
+        found = reader.emit("image_box", place, normal, settings=(unassociates, blend), data=texture)
+        return reader.emit("component", found, settings=(0,)) if is_alpha else found
+    place = place_of(reader, output, "uv")
+    if node.projection in ("SPHERE", "TUBE"):
+        place = reader.emit("round_coordinates", place, settings=(node.projection,))
+    found = reader.emit("image_color", place, settings=(unassociates,), data=texture)
+    return (
+        reader.emit("component", found, settings=(0,)) if is_alpha else found
+    )  # alpha comes as an image of one channel
+
+
+def mapping_matrix(reader: Reader, mapping: Output) -> NDArray[np.float64]:
+    """Affine map (4, 4) that a Mapping node does to a point or direction."""
+    location = reader.vector(mapping.input("Location"), 0.0)
+    turn = _rotation(reader.vector(mapping.input("Rotation"), 0.0))
+    stretch = np.diag(reader.vector(mapping.input("Scale"), 1.0))
+    kind = mapping.node.vector_type
+    matrix = np.eye(4)
+    if kind == "TEXTURE":  # the texture itself is moved, so a point goes the other way
+        scale = np.diag(stretch)
+        inverse = np.diag(np.divide(1.0, scale, out=np.zeros(3), where=scale != 0)) @ turn.T
+        matrix[:3, :3], matrix[:3, 3] = inverse, -inverse @ location
+    elif kind == "NORMAL":
+        scale = np.diag(stretch)
+        matrix[:3, :3] = turn @ np.diag(np.divide(1.0, scale, out=np.zeros(3), where=scale != 0))
+    else:
+        matrix[:3, :3] = turn @ stretch
+        matrix[:3, 3] = location if kind == "POINT" else 0.0
+    return matrix
+
+
+def _rotation(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Euler XYZ as Blender applies it: about x, then y, then z."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+@evaluator("MAPPING")
+def _mapping(reader: Reader, output: Output) -> Any:
+    inputs = (reader.read(output, name, fallback) for name, fallback in MAPPING_INPUTS)
+    return reader.emit("mapping", *inputs, settings=(output.node.vector_type,))
+
+
+MAPPING_INPUTS = (("Vector", np.zeros(3)), ("Location", np.zeros(3)), ("Rotation", np.zeros(3)), ("Scale", np.ones(3)))
+"""Inputs of the Mapping node; a kind of mapping without a location has no such socket."""
+
+
+def _dimensions(node: Any, attribute: str) -> str:
+    return str(getattr(node, attribute, "3D"))
+
+
+@evaluator("TEX_NOISE")
+def _noise(reader: Reader, output: Output) -> Any:
+    node = output.node
+    kind = getattr(node, "noise_type", "FBM")
+    names = (("W", 0), ("Scale", 5), ("Detail", 2), ("Roughness", 0.5), ("Lacunarity", 2), ("Offset", 0), ("Gain", 1))
+    values = [reader.read(output, name, float(value)) for name, value in (*names, ("Distortion", 0))]
+    settings = (kind, bool(getattr(node, "normalize", True)), _dimensions(node, "noise_dimensions"))
+    operation = "noise_color" if output.socket.type == "RGBA" else "noise"
+    return reader.emit(operation, place_of(reader, output, "generated"), *values, settings=settings)
+
+
+@evaluator("TEX_WHITE_NOISE")
+def _white_noise(reader: Reader, output: Output) -> Any:
+    operation = "white_noise_color" if output.socket.type == "RGBA" else "white_noise"
+    place = reader.read(output, "Vector")  # unlike other textures it has no coordinates of its own
+    return reader.emit(
+        operation, place, reader.read(output, "W"), settings=(_dimensions(output.node, "noise_dimensions"),)
+    )
+
+
+VORONOI_OUTPUTS = {"Distance": "voronoi_distance", "Color": "voronoi_color", "Position": "voronoi_position"}
+
+
+@evaluator("TEX_VORONOI")
+def _voronoi(reader: Reader, output: Output) -> Any:
+    node = output.node
+    names = (("W", 0), ("Scale", 5), ("Detail", 0), ("Roughness", 0.5), ("Lacunarity", 2), ("Smoothness", 1))
+    more = (("Exponent", 0.5), ("Randomness", 1))
+    values = [reader.read(output, name, float(value)) for name, value in (*names, *more)]
+    settings = (node.feature, node.distance, bool(getattr(node, "normalize", False)), node.voronoi_dimensions)
+    if node.feature == "N_SPHERE_RADIUS":
+        operation = "voronoi_radius"
+    elif node.feature == "DISTANCE_TO_EDGE":
+        operation = "voronoi_edge"
+    else:
+        operation = VORONOI_OUTPUTS.get(output.socket.name, "voronoi_w")
+    return reader.emit(operation, place_of(reader, output, "generated"), *values, settings=settings)
+
+
+@evaluator("TEX_WAVE")
+def _wave(reader: Reader, output: Output) -> Any:
+    node = output.node
+    names = (("Scale", 5), ("Distortion", 0), ("Detail", 2), ("Detail Scale", 1), ("Detail Roughness", 0.5))
+    values = [reader.read(output, name, float(value)) for name, value in (*names, ("Phase Offset", 0))]
+    direction = node.bands_direction if node.wave_type == "BANDS" else node.rings_direction
+    place = place_of(reader, output, "generated")
+    return reader.emit("wave", place, *values, settings=(node.wave_type, direction, node.wave_profile))
+
+
+@evaluator("TEX_MAGIC")
+def _magic(reader: Reader, output: Output) -> Any:
+    values = [reader.read(output, name, value) for name, value in (("Scale", 5.0), ("Distortion", 1.0))]
+    place = place_of(reader, output, "generated")
+    color = reader.emit("magic", place, *values, settings=(int(output.node.turbulence_depth),))
+    return color if output.socket.type == "RGBA" else reader.emit("mean", color)
+
+
+@evaluator("TEX_GRADIENT")
+def _gradient(reader: Reader, output: Output) -> Any:
+    return reader.emit("gradient", place_of(reader, output, "generated"), settings=(output.node.gradient_type,))
+
+
+@evaluator("TEX_CHECKER")
+def _checker(reader: Reader, output: Output) -> Any:
+    share = reader.emit("checker", place_of(reader, output, "generated"), reader.read(output, "Scale", 5.0))
+    if output.socket.type != "RGBA":
+        return share
+    first, second = (reader.field(place) for name in ("Color1", "Color2") if (place := output.input(name)))
+    return reader.mix(share, second, first)
+
+
+@evaluator("TEX_BRICK")
+def _brick(reader: Reader, output: Output) -> Any:
+    node = output.node
+    names = (("Scale", 5), ("Mortar Size", 0.02), ("Mortar Smooth", 0.1), ("Bias", 0), ("Brick Width", 0.5))
+    values = [reader.read(output, name, float(value)) for name, value in (*names, ("Row Height", 0.25))]
+    settings = (float(node.offset), int(node.offset_frequency), float(node.squash), int(node.squash_frequency))
+    place = place_of(reader, output, "generated")
+    mortar = reader.emit("brick", place, *values, settings=settings)
+    if output.socket.type != "RGBA":
+        return mortar
+    tint = reader.emit("brick_tint", place, *values, settings=settings)
+    return reader.emit(
+        "brick_color", tint, mortar, *(reader.read(output, name) for name in ("Color1", "Color2", "Mortar"))
+    )
+
+
+PATTERNS = ("TEX_MUSGRAVE", "TEX_GABOR", "TEX_SKY", "TEX_IES", "TEX_POINTDENSITY", "SCRIPT")
+
+
+@evaluator(*PATTERNS)
+def _pattern(reader: Reader, output: Output) -> Any:
+    reader.note(f"the pattern {output.label!r} is not drawn; a neutral gray was used")
+    return np.full(3, NEUTRAL) if output.socket.type == "RGBA" else NEUTRAL

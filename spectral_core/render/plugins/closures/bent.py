@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``bent``: a BSDF about another normal (bump and normal maps); ``translucent`` and ``toon`` as Blender has them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.plugins.closures.upright import toward_viewer
+
+
+def register(mi: Any, dr: Any) -> None:
+    """Define and register the BSDFs for the active variant."""
+
+    class Bent(mi.BSDF):
+        """``bsdf`` about ``normal``, a texture of world directions that face the viewer.
+
+        ``softens``: whether light fades out toward the smooth surface's horizon, as Cycles does for what scatters
+        diffusely (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator
+        problem").
+        """
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.child, self.normal = properties["bsdf"], properties["normal"]
+            self.softens = bool(properties["softens"])
+            self.m_components = [self.child.flags(k) for k in range(self.child.component_count())]
+            self.m_flags = self.child.flags()
+
+        def about(self, si: Any, active: Any) -> Any:
+            """The hit with the frame of the bent normal."""
+            toward = toward_viewer(mi, dr, si)
+            normal = mi.Vector3f(mi.Color3f(self.normal.eval_3(si, active)))
+            smooth = dr.mulsign(mi.Vector3f(si.sh_frame.n), dr.dot(si.sh_frame.n, toward))
+            size = dr.norm(normal)
+            normal = dr.select(size > 1e-6, normal / dr.maximum(size, 1e-6), smooth)
+            bent = mi.SurfaceInteraction3f(si)
+            frame = dr.mulsign(normal, si.wi.z)
+            along = si.dp_du - frame * dr.dot(frame, si.dp_du)
+            other = mi.Vector3f(mi.coordinate_system(frame)[0])
+            along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
+            bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
+            bent.sh_frame.t = dr.cross(frame, along)
+            # seen from behind the bent normal the side stays that of the surface; lobes that mirror turn it further
+            local = bent.to_local(toward)
+            bent.wi = mi.Vector3f(local.x, local.y, dr.mulsign(dr.abs(local.z), si.wi.z))
+            return bent
+
+        def softened(self, si: Any, bent: Any, inner: Any, wo: Any) -> Any:
+            """Share of the light that reaches the facets of the bent surface."""
+            if not self.softens:
+                return mi.Float(1.0)
+            together = dr.abs(dr.dot(si.sh_frame.n, bent.sh_frame.n))
+            share = dr.abs(wo.z) / dr.maximum(dr.abs(inner.z) * together, 1e-9)
+            return dr.select(share >= 1.0, 1.0, share * (1.0 + share - share * share))
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bent = self.about(si, active)
+            bs, weight = self.child.sample(ctx, bent, sample1, sample2, active)
+            inner = mi.Vector3f(bs.wo)
+            bs.wo = si.to_local(bent.to_world(inner))
+            straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+            valid = active & ((inner.z * bs.wo.z > 0.0) | straight)
+            bs.pdf = dr.select(valid, bs.pdf, 0.0)
+            return bs, dr.select(valid, weight * self.softened(si, bent, inner, bs.wo), 0.0)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            bent = self.about(si, active)
+            inner = bent.to_local(si.to_world(wo))
+            valid = active & (inner.z * wo.z > 0.0)
+            value, density = self.child.eval_pdf(ctx, bent, inner, valid)
+            value *= self.softened(si, bent, inner, wo)
+            return dr.select(valid, value, 0.0), dr.select(valid, density, 0.0)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[1]
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return self.child.eval_null_transmission(si, active)
+
+        def to_string(self) -> str:
+            return f"Bent[{self.child}]"
+
+    class Simple(mi.BSDF):
+        """One lobe of light per direction, ``color`` times something; knows how to ``draw`` and to ``measure``."""
+
+        kind = mi.BSDFFlags.DiffuseReflection
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            flags = int(self.kind | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
+            self.m_components, self.m_flags = [flags], flags
+            self.color = properties["color"]
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bs = dr.zeros(mi.BSDFSample3f)
+            bs.wo, bs.eta = self.draw(si, sample2, active), mi.Float(1.0)
+            value, density = self.eval_pdf(ctx, si, bs.wo, active)
+            valid = active & (density > 0.0)
+            bs.pdf = dr.select(valid, density, 0.0)
+            bs.sampled_type = mi.UInt32(int(self.kind))
+            return bs, dr.select(valid, value / dr.maximum(density, 1e-20), 0.0)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            value, density = self.measure(si, wo, active)
+            return dr.select(active, self.color.eval(si, active) * value, 0.0), dr.select(active, density, 0.0)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[1]
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return mi.Spectrum(0.0)
+
+        def to_string(self) -> str:
+            return type(self).__name__
+
+    class Translucent(Simple):
+        """Lambertian transmission."""
+
+        kind = mi.BSDFFlags.DiffuseTransmission
+
+        def draw(self, si: Any, sample: Any, active: Any) -> Any:
+            wo = mi.warp.square_to_cosine_hemisphere(sample)
+            return mi.Vector3f(wo.x, wo.y, -dr.mulsign(wo.z, si.wi.z))
+
+        def measure(self, si: Any, wo: Any, active: Any) -> Any:
+            density = dr.select(si.wi.z * wo.z < 0.0, dr.abs(wo.z) / dr.pi, 0.0)
+            return density, density
+
+    class Toon(Simple):
+        """Cycles' toon lobes: of even brightness within ``size`` · 90°, fading over ``smooth`` · 90°."""
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.size, self.smooth = properties["size"], properties["smooth"]
+            self.glossy = bool(properties["glossy"])
+
+        def middle(self, si: Any) -> Any:
+            up = mi.Vector3f(0.0, 0.0, dr.mulsign(mi.Float(1.0), si.wi.z))
+            return mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z) if self.glossy else up
+
+        def angles(self, si: Any, active: Any) -> Any:
+            widest = dr.clip(self.size.eval_1(si, active), 1e-5, 1.0) * (dr.pi / 2)
+            fade = dr.clip(self.smooth.eval_1(si, active), 0.0, 1.0) * (dr.pi / 2)
+            return widest, fade, dr.minimum(widest + fade, dr.pi / 2)
+
+        def draw(self, si: Any, sample: Any, active: Any) -> Any:
+            _, _, reach = self.angles(si, active)
+            cone = mi.warp.square_to_uniform_cone(sample, dr.cos(reach))
+            return mi.Frame3f(self.middle(si)).to_world(cone)
+
+        def measure(self, si: Any, wo: Any, active: Any) -> Any:
+            widest, fade, reach = self.angles(si, active)
+            angle = dr.safe_acos(dr.dot(self.middle(si), wo))
+            soft = 1.0 - (angle - widest) / dr.maximum(fade, 1e-9)
+            intensity = dr.select(angle < widest, 1.0, dr.select(angle < widest + fade, soft, 0.0))
+            inside = (angle <= reach) & (si.wi.z * wo.z > 0.0)
+            density = dr.select(inside, 0.5 / (dr.pi * (1.0 - dr.cos(reach))), 0.0)
+            return density * intensity, density
+
+    mi.register_bsdf("bent", lambda properties: Bent(properties))
+    mi.register_bsdf("blender_translucent", lambda properties: Translucent(properties))
+    mi.register_bsdf("blender_toon", lambda properties: Toon(properties))

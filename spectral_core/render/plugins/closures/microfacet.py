@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""GGX microfacets over Dr.Jit arrays: what the rough BSDFs here share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.plugins.closures import albedo
+
+SMALLEST_ALPHA = 1e-3
+"""Below this a rough surface is drawn as this rough: narrower lobes exceed single precision."""
+
+
+@dataclass
+class Microfacets:
+    """Facets of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant.
+
+    ``stretch``: alpha along the tangent over alpha across it, as two factors; None where both are alike.
+    """
+
+    mi: Any
+    dr: Any
+    roughness: Any
+    stretch: tuple[Any, Any] | None = None
+    kind: str = "ggx"
+
+    def __post_init__(self) -> None:
+        alpha = self.roughness * self.roughness
+        along, across = (alpha, alpha) if self.stretch is None else (alpha * s for s in self.stretch)
+        self.along, self.across = (self.dr.maximum(a, SMALLEST_ALPHA) for a in (along, across))
+        kind = self.mi.MicrofacetType.Beckmann if self.kind == "beckmann" else self.mi.MicrofacetType.GGX
+        self.distribution = self.mi.MicrofacetDistribution(kind, self.along, self.across, sample_visible=True)
+
+    def smith_lambda(self, direction: Any) -> Any:
+        """Λ of a direction (Heitz 2014, Eq. 72; Beckmann by Walter et al. 2007)."""
+        dr = self.dr
+        squared = dr.maximum(direction.z * direction.z, 1e-9)
+        slope = (dr.square(self.along * direction.x) + dr.square(self.across * direction.y)) / squared
+        if self.kind != "beckmann":
+            return 0.5 * (dr.sqrt(1.0 + slope) - 1.0)
+        a = dr.rsqrt(dr.maximum(slope, 1e-12))
+        return dr.select(a > 1.6, 0.0, ((0.396 * a - 1.259) * a + 1.0) / ((2.181 * a + 3.535) * a))
+
+    def masking(self, wi: Any, wo: Any) -> Any:
+        """G2 / G1(wi): what a direction drawn from visible normals weighs."""
+        lambda_i, lambda_o = self.smith_lambda(wi), self.smith_lambda(wo)
+        return (1.0 + lambda_i) / (1.0 + lambda_i + lambda_o)
+
+    def mirrored(self, wi: Any, sample: Any) -> Any:
+        """Direction drawn by visible normals, and the cosine to its facet."""
+        normal, _ = self.distribution.sample(wi, sample)
+        facing = self.dr.dot(wi, normal)
+        return 2.0 * facing * normal - wi, facing
+
+    def reflection(self, wi: Any, wo: Any) -> tuple[Any, Any, Any]:
+        """Value · cosine and density of a white mirror, 0 below the surface, and the cosine to the facet."""
+        dr = self.dr
+        above = (wi.z > 0.0) & (wo.z > 0.0)
+        half = dr.normalize(wi + wo)
+        facing = dr.dot(wi, half)
+        density = self.distribution.pdf(wi, half) / (4.0 * dr.maximum(facing, 1e-9))
+        density = dr.select(above & (facing > 0.0), density, 0.0)
+        return density * self.masking(wi, wo), density, facing
+
+
+class AlbedoTable:
+    """A table of ``albedo`` on the device, read by roughness and cosine."""
+
+    def __init__(self, mi: Any, table: Any) -> None:
+        self._mi = mi
+        self._texture = mi.Texture2f(mi.TensorXf(np.ascontiguousarray(table[..., None], dtype=np.float32)))
+
+    def __call__(self, roughness: Any, cosine: Any) -> Any:
+        last = albedo.SIZE - 1  # entries stand at texel centers
+        place = self._mi.Point2f(cosine * last + 0.5, roughness * last + 0.5) / float(albedo.SIZE)
+        return self._texture.eval(place)[0]
+
+
+class KeptEnergy:
+    """Cycles' multiple-scattering GGX: the single bounce is scaled so that a white surface loses nothing.
+
+    ``factor = 1 + Fms (1 - E) / E`` with ``Fms = Fss Eavg / (1 - Fss (1 - Eavg))`` (Turquin 2019, "Practical multiple
+    scattering compensation for microfacet models"; Kulla and Conty 2017 for Fms).
+    """
+
+    def __init__(self, mi: Any, table: Any) -> None:
+        self.single = AlbedoTable(mi, table)
+        self.mean = AlbedoTable(mi, np.repeat(albedo.average(table)[:, None], albedo.SIZE, axis=1))
+
+    def __call__(self, roughness: Any, cosine: Any, average_fresnel: Any) -> Any:
+        single, mean = self.single(roughness, cosine), self.mean(roughness, 0.5 + 0.0 * cosine)
+        many = average_fresnel * mean / (1.0 - average_fresnel * (1.0 - mean))
+        return 1.0 + many * (1.0 - single) / single

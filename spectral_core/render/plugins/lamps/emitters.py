@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights with Blender's falloffs: ``blender_point``, ``blender_ball`` and ``blender_area``."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from spectral_core.render.plugins.lamps.shaping import Shaping
+from spectral_core.render.plugins.numbers import opaque_number
+
+
+def register(mi: Any, dr: Any) -> None:
+    """Define and register the emitters for the active variant."""
+    number = partial(opaque_number, mi, dr)
+
+    class BlenderPoint(mi.Emitter):
+        """A point: ``intensity``, ``center``; its ``shaping`` is set after it is made."""
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.m_flags = mi.EmitterFlags.DeltaPosition
+            self.m_needs_sample_3 = False
+            self.intensity, self.shaping = properties["intensity"], Shaping()
+            self.place = [float(value) for value in properties["center"]]
+            self.center = [number(value) for value in self.place]
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            ds = dr.zeros(mi.DirectionSample3f)
+            ds.p, ds.time = mi.Point3f(*self.center), it.time
+            ds.d = ds.p - it.p
+            ds.dist = dr.norm(ds.d)
+            ds.d /= ds.dist
+            ds.n = -ds.d
+            ds.pdf, ds.delta = mi.Float(1.0), mi.Bool(True)
+            ds.emitter = mi.EmitterPtr(self)
+            return ds, dr.select(active, self.eval_direction(it, ds, active), 0.0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Float(0.0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            si = dr.zeros(mi.SurfaceInteraction3f)
+            si.wavelengths, si.p, si.time = it.wavelengths, ds.p, it.time
+            return self.intensity.eval(si, active) * self.shaping(-ds.d, ds.dist) / (ds.dist * ds.dist)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return mi.Spectrum(0.0)
+
+        def bbox(self) -> Any:
+            return mi.ScalarBoundingBox3f(mi.ScalarPoint3f(*self.place))
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("intensity", self.intensity, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "BlenderPoint"
+
+    class BlenderBall(mi.Emitter):
+        """A glowing ball: ``radiance``, optionally with Blender's soft falloff; its ``shaping`` is set later.
+
+        Soft falloff (``softening``: the radius, else 0): Cycles then lights as a disk of the ball's radius that faces
+        the receiver at its center, which is less than the ball does by d² / (d² + r²).
+        """
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.m_flags = mi.EmitterFlags.Surface
+            self.m_needs_sample_3 = False
+            self.radiance, self.shaping = properties["radiance"], Shaping()
+            self.center = [number(value) for value in properties["center"]]
+            self.softening = number(properties["softening"])
+
+        def strength(self, receiver: Any, direction: Any, distance: Any) -> Any:
+            """What a receiver gets of the radiance along ``direction``, towards the ball."""
+            squared = dr.squared_norm(mi.Point3f(*self.center) - receiver)
+            softened = squared / (squared + self.softening * self.softening)
+            return softened * self.shaping(-direction, distance)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            toward = si.to_world(si.wi)
+            amount = self.strength(si.p + toward * si.t, -toward, si.t)
+            return self.radiance.eval(si, active) * dr.select(mi.Frame3f.cos_theta(si.wi) > 0.0, amount, 0.0)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            ds = self.get_shape().sample_direction(it, sample, active)
+            usable = active & (ds.pdf > 0.0) & (dr.dot(ds.d, ds.n) < 0.0)
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            ds.emitter = mi.EmitterPtr(self)
+            value = self.radiance.eval(si, usable) * self.strength(it.p, ds.d, ds.dist) / ds.pdf
+            return ds, dr.select(usable, value, 0.0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            value = self.get_shape().pdf_direction(it, ds, active)
+            return dr.select(dr.dot(ds.d, ds.n) < 0.0, value, 0.0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            facing = dr.dot(ds.d, ds.n) < 0.0
+            return self.radiance.eval(si, active) * dr.select(facing, self.strength(it.p, ds.d, ds.dist), 0.0)
+
+        def bbox(self) -> Any:
+            return self.get_shape().bbox()
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "BlenderBall"
+
+    class BlenderArea(mi.Emitter):
+        """A surface that emits ``radiance`` to its front, to both sides, or within a spread.
+
+        ``two_sided``; ``spread``: half angle (radian) at which the light ends, π/2 for none. Cycles narrows the beam
+        by a tent in the tangent and keeps its power; so does this. ``surface``, set later where Mitsuba's own way to
+        draw a point of the shape does not serve, draws one instead.
+        """
+
+        def __init__(self, properties: Any) -> None:
+            super().__init__(properties)
+            self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
+            self.m_needs_sample_3 = False
+            self.radiance, self.shaping = properties["radiance"], Shaping()
+            self.two_sided = properties.get("two_sided", False)
+            tangent = properties.get("spread_tangent", 0.0)
+            self.is_spread = tangent > 0
+            self.tangent, self.gain = number(tangent), number(properties.get("spread_gain", 1.0))
+            self.surface: Any = None
+
+        def profile(self, cosine: Any) -> Any:
+            """Relative radiance at the cosine between normal and direction."""
+            if self.two_sided:
+                return mi.Float(1.0) + 0.0 * cosine
+            if not self.is_spread:
+                return dr.select(cosine > 0.0, 1.0, 0.0)
+            tangent = dr.safe_sqrt(1.0 - cosine * cosine) / dr.maximum(cosine, 1e-6)
+            return dr.select(cosine > 0.0, dr.maximum(0.0, 1.0 - tangent / self.tangent) * self.gain, 0.0)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            amount = self.profile(mi.Frame3f.cos_theta(si.wi)) * self.shaping(si.to_world(si.wi), si.t)
+            return self.radiance.eval(si, active) * amount
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
+            own = self.get_shape() if self.surface is None else self.surface
+            ds = own.sample_direction(it, sample, active)
+            cosine = -dr.dot(ds.d, ds.n)
+            usable = active & (ds.pdf > 0.0) & (self.profile(cosine) > 0.0)
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            ds.emitter = mi.EmitterPtr(self)
+            amount = self.profile(cosine) * self.shaping(-ds.d, ds.dist)
+            return ds, dr.select(usable, self.radiance.eval(si, usable) * amount / ds.pdf, 0.0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            own = self.get_shape() if self.surface is None else self.surface
+            value = own.pdf_direction(it, ds, active)
+            return dr.select(self.profile(-dr.dot(ds.d, ds.n)) > 0.0, value, 0.0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            amount = self.profile(-dr.dot(ds.d, ds.n)) * self.shaping(-ds.d, ds.dist)
+            return self.radiance.eval(si, active) * amount
+
+        def bbox(self) -> Any:
+            return self.get_shape().bbox()
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "BlenderArea"
+
+    mi.register_emitter("blender_point", lambda properties: BlenderPoint(properties))
+    mi.register_emitter("blender_ball", lambda properties: BlenderBall(properties))
+    mi.register_emitter("blender_area", lambda properties: BlenderArea(properties))

@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shading programs on Dr.Jit arrays: what an operation may use, and what a program reads from a hit point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
+from spectral_core.scene.shading import Instruction, Program, step
+
+ROW = 32
+"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random."""
+BUMP_STEP = 3e-4
+"""Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
+
+
+class DrJit:
+    """What operations may use, on Dr.Jit arrays, at one hit point."""
+
+    def __init__(self, tables: SceneTables, si: Any, active: Any) -> None:
+        self.tables, self.si, self.active = tables, si, active
+        self.mi, self.dr = tables.mi, tables.dr
+        dr = self.dr
+        self.sin, self.cos, self.tan, self.atan, self.exp, self.log = dr.sin, dr.cos, dr.tan, dr.atan, dr.exp, dr.log
+        self.sinh, self.cosh, self.tanh = dr.sinh, dr.cosh, dr.tanh
+        self.floor, self.ceil, self.trunc, self.absolute = dr.floor, dr.ceil, dr.trunc, dr.abs
+        self.atan2, self.isfinite = dr.atan2, dr.isfinite
+        self._read: dict[tuple[str, int], Any] = {}
+
+    def number(self, value: Any) -> Any:
+        """A value of the backend's type."""
+        return self.mi.Float(value)
+
+    def minimum(self, a: Any, b: Any) -> Any:
+        """The smaller."""
+        return self.dr.minimum(a, b)
+
+    def maximum(self, a: Any, b: Any) -> Any:
+        """The larger."""
+        return self.dr.maximum(a, b)
+
+    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+        """Choice per lane."""
+        if isinstance(condition, (bool, np.bool_)):
+            return yes if condition else no
+        if isinstance(yes, (int, float)) and isinstance(no, (int, float)):
+            yes = self.mi.Float(yes)
+        return self.dr.select(condition, yes, no)
+
+    def sqrt(self, value: Any) -> Any:
+        """Root, of negative numbers 0."""
+        return self.dr.safe_sqrt(value)
+
+    def asin(self, value: Any) -> Any:
+        """Arc sine of a number held within [-1, 1]."""
+        return self.dr.safe_asin(value)
+
+    def acos(self, value: Any) -> Any:
+        """Arc cosine of a number held within [-1, 1]."""
+        return self.dr.safe_acos(value)
+
+    def power(self, base: Any, exponent: Any) -> Any:
+        """Power of a base over 0."""
+        return self.dr.power(base, exponent)
+
+    def integer(self, value: Any) -> Any:
+        """Whole numbers as 32-bit patterns that wrap around."""
+        return self.mi.UInt32(self.mi.Int32(value))
+
+    def bits(self, value: Any) -> Any:
+        """Bit pattern of numbers."""
+        return self.dr.reinterpret_array(self.mi.UInt32, self.mi.Float(value))
+
+    def real(self, value: Any) -> Any:
+        """A whole number as a number."""
+        return self.mi.Float(value)
+
+    def loop(self, state: tuple[Any, ...], goes_on: Any, body: Any) -> Any:
+        """Repeat ``body`` while ``goes_on`` holds for a lane, as one loop in the kernel."""
+        return self.dr.while_loop(tuple(state), goes_on, body)
+
+    def entry(self, table: Any, index: Any, column: int) -> Any:
+        """Entry of a table at whole-numbered rows."""
+        values, last = self.tables.table(table)
+        row = self.mi.UInt32(self.dr.clip(index, 0.0, last))
+        return self.dr.gather(self.mi.Float, values, row * table.shape[1] + column, self.active)
+
+    def last_row(self, table: Any) -> Any:
+        """Number of the last row of a table."""
+        return self.tables.table(table)[1]
+
+    def texel(self, image: Any, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
+        """Stored color and alpha at whole-numbered places inside the image."""
+        mi, dr = self.mi, self.dr
+        stored, width, _, is_bytes = self.tables.image(image)
+        place = mi.UInt32(row) * mi.UInt32(width) + mi.UInt32(column)
+        if is_bytes:
+            word = dr.gather(mi.UInt32, stored, place, self.active)
+            return tuple(mi.Float((word >> shift) & 255) * (1 / 255) for shift in (0, 8, 16, 24))
+        return tuple(dr.gather(mi.Float, stored, place * 4 + k, self.active) for k in range(4))
+
+    def size(self, image: Any) -> tuple[Any, Any]:
+        """Width and height of an image."""
+        return self.tables.image(image)[1:3]
+
+    # the hit point
+
+    def input(self, name: str, shift: int) -> Any:
+        """Something of the hit point, or of a small step along the surface from it."""
+        if (name, shift) not in self._read:
+            self._read[name, shift] = self._input(name, shift)
+        return self._read[name, shift]
+
+    def _input(self, name: str, shift: int) -> Any:
+        if name in ("step_x", "step_y"):
+            return self._tuple(self._step(1 if name == "step_x" else 2))
+        if name == "position":
+            return self._tuple(self._position(shift))
+        if name == "uv":
+            return self._uv(shift)
+        if name == "generated" or name.startswith("attribute"):
+            vector = self._attribute(name, shift)
+            return vector[0] if name.startswith("attribute_alpha") else vector
+        if name.startswith("object_"):
+            return self._object(name)
+        return getattr(self, f"_{name}")()
+
+    @staticmethod
+    def _tuple(vector: Any) -> tuple[Any, Any, Any]:
+        return vector.x, vector.y, vector.z
+
+    def _position(self, shift: int) -> Any:
+        return self.si.p if shift == 0 else self.si.p + self._step(shift)
+
+    def _step(self, shift: int) -> Any:
+        mi, dr, si = self.mi, self.dr, self.si
+        distance = dr.select(dr.isfinite(si.t) & (si.t > 0.0), si.t, 1.0)
+        first, second = mi.coordinate_system(si.n)
+        return mi.Vector3f(first if shift == 1 else second) * (distance * BUMP_STEP)
+
+    def _uv(self, shift: int) -> Any:
+        mi, dr, si = self.mi, self.dr, self.si
+        if shift == 0:
+            return si.uv.x, si.uv.y, mi.Float(0.0)
+        step = self._step(shift)  # its coordinates in the plane of the UV map's two tangents
+        e, f, g = dr.dot(si.dp_du, si.dp_du), dr.dot(si.dp_du, si.dp_dv), dr.dot(si.dp_dv, si.dp_dv)
+        a, b = dr.dot(si.dp_du, step), dr.dot(si.dp_dv, step)
+        determinant = e * g - f * f
+        scale = dr.select(dr.abs(determinant) > 1e-30, dr.rcp(determinant), 0.0)
+        return si.uv.x + (g * a - f * b) * scale, si.uv.y + (e * b - f * a) * scale, mi.Float(0.0)
+
+    def _attribute(self, name: str, shift: int) -> Any:
+        mi = self.mi
+        moved = mi.SurfaceInteraction3f(self.si)
+        place = self._position(shift)
+        if self.tables.has_instances:  # Mitsuba finds the place in the triangle from the point in the mesh's own space
+            is_instance = self._number_of(self.si.instance) != 0
+            place = self.dr.select(
+                is_instance, mi.Point3f(*self.transform(self._tuple(place), "POINT", "OBJECT", False)), place
+            )
+        moved.p = place
+        found = self.si.shape.eval_attribute_3(attribute_name(name), moved, self.active)
+        return found.x, found.y, found.z
+
+    def _sided(self, normal: Any) -> Any:
+        """A normal turned to the side of the viewer."""
+        toward = self.si.to_world(self.si.wi)
+        return self._tuple(self.dr.select(self.dr.dot(self.si.n, toward) < 0.0, -normal, normal))
+
+    def _normal(self) -> Any:
+        return self._sided(self.si.sh_frame.n)
+
+    def _true_normal(self) -> Any:
+        return self._sided(self.si.n)
+
+    def _incoming(self) -> Any:
+        return self._tuple(self.si.to_world(self.si.wi))
+
+    def _backfacing(self) -> Any:
+        return self.dr.select(self.dr.dot(self.si.n, self.si.to_world(self.si.wi)) < 0.0, self.mi.Float(1.0), 0.0)
+
+    def _tangent(self) -> Any:
+        mi, dr, si = self.mi, self.dr, self.si
+        normal = si.sh_frame.n
+        along = si.dp_du - normal * dr.dot(normal, si.dp_du)
+        size = dr.norm(along)
+        first, _ = mi.coordinate_system(normal)
+        return self._tuple(dr.select(size > 1e-12, along / dr.maximum(size, 1e-12), mi.Vector3f(first)))
+
+    def _bitangent(self) -> Any:
+        mi, dr, si = self.mi, self.dr, self.si
+        across = dr.cross(si.sh_frame.n, mi.Vector3f(*self.input("tangent", 0)))
+        return self._tuple(dr.select(dr.dot(across, si.dp_dv) < 0.0, -across, across))
+
+    def _window(self) -> Any:
+        mi = self.mi
+        x, y, z = self.transform(self._tuple(self.si.p), "POINT", "CAMERA", False)
+        width, height, shift_x, shift_y, perspective = (self.tables.number(v) for v in self.tables.window)
+        depth = self.dr.select(perspective > 0.5, self.dr.maximum(z, 1e-9), 1.0)
+        return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, mi.Float(0.0)
+
+    def _environment(self) -> Any:
+        return self._uv(0)
+
+    def _number_of(self, pointer: Any) -> Any:
+        return self.dr.reinterpret_array(self.mi.UInt32, pointer)
+
+    def _row(self, column: int) -> Any:
+        mi, dr = self.mi, self.dr
+        if ("row", 0) not in self._read:
+            instance = self._number_of(self.si.instance)
+            number = dr.select(instance != 0, instance, self._number_of(self.si.shape))
+            last = dr.opaque(mi.UInt32, max(self.tables.rows, default=0))
+            self._read["row", 0] = dr.select(number <= last, number, 0) * ROW
+        return dr.gather(mi.Float, self.tables.buffer(), self._read["row", 0] + column, self.active)
+
+    def _object(self, name: str) -> Any:
+        columns = {"object_alpha": 27, "object_index": 28, "object_random": 29}
+        if name in columns:
+            return self._row(columns[name])
+        return tuple(self._row(k) for k in ((15, 19, 23) if name == "object_location" else (24, 25, 26)))
+
+    def transform(self, vector: Any, kind: str, space: str, inverse: bool) -> Any:
+        """From the world to ``OBJECT`` or ``CAMERA`` space, or back."""
+        rows = self._camera_rows(inverse) if space == "CAMERA" else self._object_rows(inverse)
+        if kind == "NORMAL":  # by the transposed map the other way
+            other = self._camera_rows(not inverse) if space == "CAMERA" else self._object_rows(not inverse)
+            return tuple(sum(other[j][i] * vector[j] for j in range(3)) for i in range(3))
+        moved = tuple(sum(rows[i][j] * vector[j] for j in range(3)) for i in range(3))
+        return tuple(m + rows[i][3] for i, m in enumerate(moved)) if kind == "POINT" else moved
+
+    def _object_rows(self, inverse: bool) -> list[list[Any]]:
+        start = 12 if inverse else 0
+        return [[self._row(start + 4 * i + j) for j in range(4)] for i in range(3)]
+
+    def _camera_rows(self, inverse: bool) -> list[list[Any]]:
+        matrix = np.asarray(self.tables.camera_from_world)
+        matrix = np.linalg.pinv(matrix) if inverse else matrix
+        return [[self.tables.number(matrix[i, j]) for j in range(4)] for i in range(3)]
+
+
+class LoadedProgram:
+    """A program with its numbers on the device: another number needs no new kernel."""
+
+    def __init__(self, tables: SceneTables, program: Program) -> None:
+        self.tables, self.program = tables, program
+        values = [value for instruction in program.instructions for value in instruction.values]
+        self.numbers = tables.mi.Float(np.array(values or [0.0], dtype=np.float32))
+        self.offsets: dict[int, int] = {}
+        offset = 0
+        for place, instruction in enumerate(program.instructions):
+            self.offsets[place] = offset
+            offset += len(instruction.values)
+
+    def __call__(self, si: Any, active: Any) -> Any:
+        """Value at a hit point: one number or three."""
+        mi, dr = self.tables.mi, self.tables.dr
+        backend = DrJit(self.tables, si, mi.Bool(active))
+        results: list[Any] = []
+        for place, instruction in enumerate(self.program.instructions):
+            offset = self.offsets[place]
+
+            def constant(item: Instruction, offset: int = offset) -> list[Any]:
+                return [dr.gather(mi.Float, self.numbers, mi.UInt32(offset + k)) for k in range(len(item.values))]
+
+            results.append(step(instruction, results, backend, constant))
+        return results[-1]

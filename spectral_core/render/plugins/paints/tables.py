@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What shading programs read beside the hit point: numbers, images, tables and matrices of objects, as buffers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+ROW = 32
+"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random."""
+BUMP_STEP = 3e-4
+"""Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
+
+
+def attribute_name(name: str) -> str:
+    """Mitsuba's name of what a program reads by ``name`` per vertex."""
+    return "vertex_" + name.encode().hex()
+
+
+@dataclass
+class SceneTables:
+    """What programs read about placed objects and the camera; filled while a scene is loaded.
+
+    ``rows``: by the number of a shape or instance in Mitsuba's registry, ``ROW`` numbers each.
+    """
+
+    mi: Any
+    dr: Any
+    camera_from_world: Any = None
+    window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
+    rows: dict[int, np.ndarray] = field(default_factory=dict)
+    has_instances: bool = False
+    _buffer: Any = None
+    _images: dict[int, Any] = field(default_factory=dict)
+    _kept: list[Any] = field(default_factory=list)
+
+    def place(self, shape: Any, instance: Any, *, is_instance: bool = False) -> None:
+        """Remember where a shape, or an instance of shapes, stands."""
+        number = int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
+        matrix = np.asarray(instance.world_from_object, dtype=np.float64)
+        inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else np.linalg.inv(matrix)
+        parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
+        row = np.zeros(ROW)
+        row[:30] = np.concatenate([np.ravel(part) for part in parts])
+        self.rows[number] = row
+        self.has_instances |= is_instance
+        self._kept.append(shape)
+
+    def buffer(self) -> Any:
+        """All rows on the device; what was never placed stands in the world as it is."""
+        if self._buffer is None:
+            plain = np.zeros(ROW)
+            plain[:24] = np.tile(np.eye(4)[:3].ravel(), 2)
+            plain[24:28] = 1
+            table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
+            for number, row in self.rows.items():
+                table[number] = row
+            self._buffer = self.mi.Float(np.ascontiguousarray(table.ravel(), dtype=np.float32))
+        return self._buffer
+
+    def number(self, value: float) -> Any:
+        """A number that kernels read instead of knowing."""
+        return self.dr.opaque(self.mi.Float, float(value))
+
+    def image(self, texture: Any) -> tuple[Any, Any, Any, bool]:
+        """Pixels of an image on the device (bytes four to a word), its width, its height, whether it holds bytes."""
+        pixels = texture.pixels
+        if id(pixels) not in self._images:
+            height, width, channels = pixels.shape
+            full = np.empty((height, width, 4), pixels.dtype)
+            full[..., :3] = pixels[..., :3]
+            full[..., 3] = pixels[..., 3] if channels == 4 else (255 if pixels.dtype == np.uint8 else 1)
+            is_bytes = pixels.dtype == np.uint8
+            stored = (
+                self.mi.UInt32(full.view(np.uint32).ravel())
+                if is_bytes
+                else self.mi.Float(full.astype(np.float32).ravel())
+            )
+            self._images[id(pixels)] = (stored, self.number(width), self.number(height), is_bytes)
+            self._kept.append(pixels)
+        return self._images[id(pixels)]
+
+    def table(self, table: np.ndarray) -> Any:
+        """A ramp or curve on the device."""
+        if id(table) not in self._images:
+            values = np.ascontiguousarray(table, dtype=np.float32).ravel()
+            self._images[id(table)] = (self.mi.Float(values), self.number(len(table) - 1))
+            self._kept.append(table)
+        return self._images[id(table)]

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""OpenVDB files without OpenVDB: grids of numbers, plain or zipped, for Pythons where the module is missing.
+
+Reads file versions from 222 on and trees 5-4-3, which is what programs write since 2013. Blosc, the packing that
+OpenVDB itself prefers, is left to OpenVDB. See ``vdb_write`` for the layout.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import struct
+import zlib
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import FileFormatError, MissingDependencyError
+from spectral_core.volume.files.vdb.grid import PlainGrid, Tiles
+from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, MAGIC, NODE_LEAVES, ROOT_NODES, ZIP
+
+ACTIVE_MASK, BLOSC = 2, 4
+FIRST_VERSION = 222
+LEAF_BYTES = LEAF**3 // 8 + 1
+"""The least that the values of a leaf take: a mask and a mark."""
+TILE_BYTES, MOST_TILE_BYTES = 41, 512 << 20
+_TYPES = {
+    "float": "<f4",
+    "double": "<f8",
+    "int32": "<i4",
+    "int64": "<i8",
+    "vec3s": "<3f4",
+    "vec3d": "<3f8",
+    "vec3i": "<3i4",
+}
+_SCALARS = {"int32": "<i", "int64": "<q", "float": "<f", "double": "<d", "bool": "<?"}
+
+
+def grid_names(path: Path) -> list[str]:
+    """Names of the grids of a file. Raises FileFormatError."""
+    with path.open("rb") as stream:
+        return [name for name, *_ in descriptors(stream, path)]
+
+
+def read_grid(path: Path, name: str) -> PlainGrid:
+    """The grid of that name. Raises FileFormatError for cut or odd files, MissingDependencyError for Blosc."""
+    try:
+        with path.open("rb") as stream:
+            for held, kind, start, _ in descriptors(stream, path):
+                if held == name:
+                    stream.seek(start)
+                    return GridReader(stream, path, kind).grid(name)
+    except (struct.error, zlib.error, ValueError, KeyError) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+    raise FileFormatError(f"{path.name} has no grid {name!r}")
+
+
+def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]:
+    """(name, tree type, where the grid begins, where it ends) of each grid."""
+    size = path.stat().st_size
+    try:
+        magic, version = struct.unpack("<qI", stream.read(12))
+        if magic != MAGIC or version < FIRST_VERSION:
+            raise FileFormatError(
+                f"{path.name} is an OpenVDB file of version {version}; expected {FIRST_VERSION} or later"
+            )
+        stream.seek(8 + 1 + 36, 1)
+        read_metadata(stream)
+        found = []
+        for _ in range(read_word(stream)):
+            name, kind, parent = _text(stream), _text(stream), _text(stream)
+            start, _, end = struct.unpack("<3q", stream.read(24))
+            if not stream.tell() <= start <= end <= size:
+                raise FileFormatError(f"{path.name} is cut: its grids end at byte {end}, the file at byte {size}")
+            if not parent:
+                # Grids of one name are told apart by a number behind a unit separator.
+                found.append((name.split("\x1e")[0], kind, start, end))
+            stream.seek(end)
+    except struct.error as error:
+        raise FileFormatError(f"{path.name} is cut: it ends within its list of grids") from error
+    return found
+
+
+class GridReader:
+    """Walks one grid in the order of the file."""
+
+    def __init__(self, stream: BinaryIO, path: Path, tree: str) -> None:
+        self.stream, self.path = stream, path
+        self._held = 0
+        self.tiles: list[tuple[NDArray[np.int64], int, NDArray[Any], NDArray[np.bool_]]] = []
+        words = tree.removesuffix("_HalfFloat").split("_")
+        if words[0] != "Tree" or words[2:] != ["5", "4", "3"] or words[1] not in _TYPES:
+            raise FileFormatError(f"a grid of {path.name} is a {tree}; expected numbers in a tree 5-4-3")
+        base = np.dtype(_TYPES[words[1]])
+        self.shape = base.shape
+        self.dtype = base.base if base.shape else base
+        self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") else self.dtype
+
+    def grid(self, name: str) -> PlainGrid:
+        self.flags = read_word(self.stream)
+        if self.flags & BLOSC:
+            raise MissingDependencyError(
+                f"{self.path.name} is packed with Blosc, which needs OpenVDB's own Python module: open it in a Blender "
+                "from blender.org, or save it without Blosc"
+            )
+        metadata = read_metadata(self.stream)
+        matrix = transform_of(self.stream, self.path)
+        read_word(self.stream)  # buffers per leaf: one
+        self.background = self._numbers(1)[0]
+        tiles, children = struct.unpack("<II", self.take(8))
+        for _ in range(tiles):
+            corner, value = self._corner(), self._numbers(1)
+            active = np.array([self.take(1) != b"\0"])
+            self.tiles.append((corner[None], ROOT_NODES * NODE_LEAVES * LEAF, value, active))
+        origins: list[NDArray[np.int64]] = []
+        for _ in range(children):
+            for outer in self._node(self._corner(), ROOT_NODES, NODE_LEAVES * LEAF):
+                for inner in self._node(outer, NODE_LEAVES, LEAF):
+                    origins.append(inner)
+                    self.take(LEAF**3 // 8)
+        left = os.fstat(self.stream.fileno()).st_size - self.stream.tell()
+        if len(origins) * LEAF_BYTES > left:  # before room is made for them
+            raise struct.error(f"{left} bytes for the values of {len(origins)} leaves")
+        leaves = np.empty((len(origins), LEAF**3, *self.shape), self.dtype.newbyteorder("="))
+        active = np.empty((len(origins), LEAF**3), bool)
+        for index in range(len(origins)):
+            active[index] = self._mask(LEAF**3)
+            leaves[index] = self._values(LEAF**3, active[index])
+        cube = (len(origins), LEAF, LEAF, LEAF)
+        corners = np.array(origins, np.int64).reshape(-1, 3)
+        values = leaves.reshape(*cube, *self.shape)
+        leaf_active = active.reshape(cube)
+        return PlainGrid(name, metadata, matrix, self.background, values, corners, leaf_active, self._tiles())
+
+    def _node(self, corner: NDArray[np.int64], edge: int, width: int) -> list[NDArray[np.int64]]:
+        """First indices of the children of a node, each ``width`` voxels wide; its tiles are kept."""
+        children, active = self._mask(edge**3), self._mask(edge**3)
+        values = self._values(edge**3, active)
+        shown = np.any((values != self.background).reshape(edge**3, -1), axis=1) | active
+        places = np.flatnonzero(shown & ~children)
+        self.tiles.append((corner + _coordinates(places, edge) * width, width, values[places], active[places]))
+        self._held += len(places) * TILE_BYTES
+        if self._held > MOST_TILE_BYTES:
+            raise FileFormatError(
+                f"{self.path.name} holds over {MOST_TILE_BYTES // TILE_BYTES:,} tiles, more than are read here; open "
+                "it in a Blender from blender.org, whose OpenVDB reads it"
+            )
+        return list(corner + _coordinates(np.flatnonzero(children), edge) * width)
+
+    def _tiles(self) -> Tiles:
+        corners, widths, values, active = zip(*self.tiles, strict=True) if self.tiles else ((), (), (), ())
+        empty = np.empty((0, *self.shape), self.dtype)
+        return Tiles(
+            np.concatenate([np.empty((0, 3), np.int64), *corners]),
+            np.repeat(np.array(widths, np.int64), [len(each) for each in corners]),
+            np.concatenate([empty, *values]),
+            np.concatenate([np.empty(0, bool), *active]),
+        )
+
+    def _corner(self) -> NDArray[np.int64]:
+        return np.frombuffer(self.take(12), "<i4").astype(np.int64)
+
+    def _values(self, count: int, active: NDArray[np.bool_]) -> NDArray[Any]:
+        """``readCompressedValues`` of OpenVDB: all values, or the active ones and how to make up the others."""
+        mark = self.take(1)[0]
+        others = [-self.background if mark == 1 else self.background, self.background]
+        if mark in (2, 4, 5):
+            others[0] = self._numbers(1)[0]
+        if mark == 5:
+            others[1] = self._numbers(1)[0]
+        chosen = self._mask(count) if mark in (3, 4, 5) else np.zeros(count, bool)
+        if mark == 3:
+            others[0] = -self.background
+        if not self.flags & ACTIVE_MASK or mark == ALL_VALUES:
+            return self._packed(count)
+        values = np.where(chosen.reshape(-1, *[1] * len(self.shape)), others[1], others[0]).astype(self.dtype)
+        values[active] = self._packed(int(active.sum()))
+        return values
+
+    def _packed(self, count: int) -> NDArray[Any]:
+        size = count * self.stored.itemsize * int(np.prod(self.shape, dtype=int))
+        if self.flags & ZIP:
+            held = struct.unpack("<q", self.take(8))[0]
+            plain = zlib.decompressobj().decompress(self.take(held), size + 1) if held > 0 else self.take(-held)
+        else:
+            plain = self.take(size)
+        if len(plain) != size:
+            raise FileFormatError(f"{self.path.name} is odd: a node has {len(plain)} bytes where {size} are due")
+        return np.frombuffer(plain, self.stored).reshape(-1, *self.shape).astype(self.dtype)
+
+    def _numbers(self, count: int) -> NDArray[Any]:
+        width = self.dtype.itemsize * int(np.prod(self.shape, dtype=int))
+        return np.frombuffer(self.take(count * width), self.dtype).reshape(-1, *self.shape)
+
+    def _mask(self, count: int) -> NDArray[np.bool_]:
+        bits = np.unpackbits(np.frombuffer(self.take(count // 8), np.uint8), bitorder="little")
+        return bits.astype(bool)
+
+    def take(self, count: int) -> bytes:
+        return _exactly(self.stream, count)
+
+
+def _coordinates(places: NDArray[np.int64], edge: int) -> NDArray[np.int64]:
+    """Index (n, 3) in a node of each entry (n,)."""
+    return np.stack([places // edge**2, places // edge % edge, places % edge], axis=-1).astype(np.int64)
+
+
+def transform_of(stream: BinaryIO, path: Path) -> NDArray[np.float64]:
+    """The 4×4 matrix from index to world of a grid's transform."""
+    kind = _text(stream)
+    matrix = np.eye(4)
+    if kind in ("AffineMap", "UnitaryMap"):
+        return _doubles(stream, 16).reshape(4, 4).T
+    if kind in ("TranslationMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
+        matrix[:3, 3] = _doubles(stream, 3)
+    if kind in ("ScaleMap", "UniformScaleMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
+        matrix[:3, :3] = np.diag(_doubles(stream, 15)[:3])  # the scale, and four vectors that follow from it
+    elif kind != "TranslationMap":
+        raise FileFormatError(f"a grid of {path.name} has a {kind}; only linear transforms are volumes here")
+    return matrix
+
+
+def read_metadata(stream: BinaryIO) -> dict[str, Any]:
+    """Texts and plain numbers by name; what else there is is passed over."""
+    found: dict[str, Any] = {}
+    for _ in itertools.repeat(None, read_word(stream)):
+        key, kind = _text(stream), _text(stream)
+        value = _exactly(stream, read_word(stream))
+        if kind == "string":
+            found[key] = value.decode("utf-8", "replace")
+        elif kind in _SCALARS:
+            found[key] = struct.unpack(_SCALARS[kind], value)[0]
+    return found
+
+
+def _doubles(stream: BinaryIO, count: int) -> NDArray[np.float64]:
+    return np.frombuffer(_exactly(stream, 8 * count), "<f8").astype(np.float64)
+
+
+def read_word(stream: BinaryIO) -> int:
+    return int(struct.unpack("<I", stream.read(4))[0])
+
+
+def _text(stream: BinaryIO) -> str:
+    return _exactly(stream, read_word(stream)).decode("utf-8", "replace")
+
+
+def _exactly(stream: BinaryIO, count: int) -> bytes:
+    # asked before reading, which would make room for whatever a damaged count says
+    left = os.fstat(stream.fileno()).st_size - stream.tell()
+    if not 0 <= count <= left:
+        raise struct.error(f"{left} bytes where {count} are due")
+    return stream.read(count)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether an OpenVDB file is sound: its structure is followed, in any packing, before OpenVDB believes it."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from spectral_core.errors import FileFormatError
+from spectral_core.volume.files.vdb.read import (
+    ACTIVE_MASK,
+    BLOSC,
+    GridReader,
+    descriptors,
+    read_metadata,
+    read_word,
+    transform_of,
+)
+from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, NODE_LEAVES, ROOT_NODES, ZIP
+
+
+def require_sound(path: Path, name: str) -> None:
+    """Raise FileFormatError where a grid's nodes and their values do not end where the file says.
+
+    OpenVDB itself believes every count: a damaged one makes it read for ever, or ask for any amount of memory.
+    """
+    try:
+        with path.open("rb") as stream:
+            for held, kind, start, end in descriptors(stream, path):
+                if held == name:
+                    stream.seek(start)
+                    _Walk(stream, path, kind).to(end)
+                    return
+    except (struct.error, KeyError) as error:
+        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+    raise FileFormatError(f"{path.name} has no grid {name!r}")
+
+
+class _Walk(GridReader):
+    """Follows the structure of a grid without its values, so in any packing."""
+
+    def to(self, end: int) -> None:
+        """Go through the grid, to where it must end. Raises FileFormatError or struct.error."""
+        self.flags = read_word(self.stream)
+        read_metadata(self.stream)
+        if not np.isfinite(transform_of(self.stream, self.path)).all():
+            raise FileFormatError(f"a grid of {self.path.name} has a transform that is not finite")
+        read_word(self.stream)
+        width = self.dtype.itemsize * int(np.prod(self.shape, dtype=int))
+        self._width = width
+        self.take(width)
+        tiles, children = struct.unpack("<II", self.take(8))
+        self.take(tiles * (12 + width + 1))
+        leaves = 0
+        for _ in range(children):
+            self.take(12)
+            for _ in range(self._children(ROOT_NODES**3)):
+                below = self._children(NODE_LEAVES**3)
+                self.take(below * (LEAF**3 // 8))
+                leaves += below
+        self._leaves(leaves)
+        if self.stream.tell() != end:
+            raise FileFormatError(f"{self.path.name} is odd: a grid ends at byte {self.stream.tell()}, not {end}")
+
+    def _children(self, count: int) -> int:
+        """Pass over a node; the number of its children."""
+        children, active = self.take(count // 8), self.take(count // 8)
+        self._skip_values(count, active)
+        return int.from_bytes(children, "little").bit_count()
+
+    def _leaves(self, count: int) -> None:
+        for _ in range(count):
+            self._skip_values(LEAF**3, self.take(LEAF**3 // 8))
+
+    def _skip_values(self, count: int, active: bytes) -> None:
+        mark = self.take(1)[0]
+        extra = self._width * ((mark in (2, 4, 5)) + (mark == 5)) + (count // 8 if mark in (3, 4, 5) else 0)
+        if extra:
+            self.take(extra)
+        if self.flags & ACTIVE_MASK and mark != ALL_VALUES:
+            count = int.from_bytes(active, "little").bit_count()
+        size = count * self.stored.itemsize * (self._width // self.dtype.itemsize)
+        if self.flags & (ZIP | BLOSC):
+            held = struct.unpack("<q", self.take(8))[0]
+            if abs(held) > size + 64:  # Blosc adds a header of 16 bytes to what it cannot pack
+                raise FileFormatError(f"{self.path.name} is odd: {abs(held)} packed bytes for {size} plain ones")
+            size = abs(held)
+        self.take(size)

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Faders of a board: every step arrives, hands and motors are told apart, orders hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.board import Binding, Board, Control
+from tests.board.test_board import Numbers, board_of
+
+FADERS = [Control("cc14", 0, str(number)) for number in range(8)]
+
+
+def step_board(numbers: Numbers, control: Control, **options: object) -> Board:
+    board = Board(numbers.__getitem__, options.pop("has_motor", None))  # type: ignore[arg-type]
+    board.bind(Binding(control, next(iter(numbers)), 0.0, 127.0, **options))  # type: ignore[arg-type]
+    return board
+
+
+@pytest.mark.parametrize("with_motor", [True, False])
+def test_every_step_of_a_seven_bit_fader_arrives(with_motor: bool) -> None:
+    """One step per picture, up and down, from any start, with the motors asked each time as the add-on does."""
+    knob = Control("cc", 0, "7")
+    for start, way in ((64, 1), (0, 1), (127, -1), (1, -1)):
+        numbers = Numbers({"a": float(start)})
+        board = step_board(numbers, knob, has_motor=lambda control: with_motor)
+        time, value = 10.0, start
+        while 0 <= value + way <= 127:
+            time, value = time + 1 / 60, value + way
+            board.receive(knob, value / 127, time)
+            numbers.apply(board)
+            board.motors(time)
+            assert numbers["a"] == pytest.approx(value)
+
+
+def test_pick_up_works_while_motors_are_asked_for_every_picture() -> None:
+    """The value is 20 of 127; the first message, far above it, moves nothing, and passing the value catches it."""
+    knob = Control("cc", 0, "7")
+    numbers = Numbers({"a": 20.0})
+    board = step_board(numbers, knob, pick_up=True, has_motor=lambda control: False)
+    time = 0.0
+    for value, expected in ((90, 20), (60, 20), (25, 20), (15, 15), (40, 40), (41, 41)):
+        assert board.motors(time) == ()
+        time += 0.5
+        board.receive(knob, value / 127, time)
+        numbers.apply(board)
+        assert numbers["a"] == pytest.approx(expected)
+
+
+def test_a_caught_fader_lets_go_of_a_value_that_something_else_moves() -> None:
+    knob = Control("cc", 0, "7")
+    numbers = Numbers({"a": 20.0})
+    board = step_board(numbers, knob, pick_up=True, has_motor=lambda control: False)
+    for value in (10, 30, 31):
+        board.receive(knob, value / 127, time=value)
+        numbers.apply(board)
+        board.motors(time=value)  # as the add-on does after each poll
+    assert numbers["a"] == pytest.approx(31)
+    numbers["a"] = 100.0
+    board.receive(knob, 33 / 127, time=40.0)
+    assert numbers.apply(board) == 0
+    board.receive(knob, 101 / 127, time=41.0)
+    numbers.apply(board)
+    assert numbers["a"] == pytest.approx(101)
+
+
+def test_a_number_that_is_rounded_stays_caught() -> None:
+    """Blender rounds whole numbers: what a fader of 14 bits leaves is not what it asked for."""
+    numbers = Numbers({"a": 3.0})
+    board = Board(numbers.__getitem__, lambda control: False)
+    board.bind(Binding(FADERS[0], "a", 0.0, 10.0, pick_up=True))
+    found = []
+    for tick, position in enumerate(np.linspace(0.25, 0.95, 71)):
+        board.receive(FADERS[0], float(position), time=tick / 60)
+        for change in board.poll():
+            numbers["a"] = float(round(change.value))
+        found.append(numbers["a"])
+    assert found[-1] == 10.0 and found[40] == round(0.65 * 10)
+
+
+def test_a_motor_moves_for_two_steps_and_rests_for_half_a_step() -> None:
+    numbers = Numbers({"a": 5.0})
+    board = board_of(numbers)
+    assert len(board.motors(time=1.0)) == 1
+    numbers["a"] = 5.0 + 5 / 16383  # half a step of ten
+    assert board.motors(time=2.0) == ()
+    numbers["a"] = 5.0 + 20 / 16383
+    assert len(board.motors(time=3.0)) == 1
+
+
+def test_a_late_message_equal_to_the_command_is_a_hand() -> None:
+    numbers = Numbers({"a": 2.5})
+    board = board_of(numbers)
+    board.motors(time=1.0)
+    board.receive(FADERS[0], 0.25, time=1.149)
+    assert numbers.apply(board) == 0
+    board.receive(FADERS[0], 0.25, time=1.151)
+    assert numbers.apply(board) == 1
+
+
+def test_chains_of_order_hold_and_can_be_removed() -> None:
+    numbers = Numbers({"a": 1.0, "b": 2.0, "c": 3.0})
+    board = board_of(numbers)
+    board.keep_ordered("a", "b")
+    board.keep_ordered("b", "c")
+    rng = np.random.default_rng(3)
+    for tick in range(300):
+        for fader in rng.choice(3, rng.integers(1, 4), replace=False):
+            board.receive(FADERS[fader], float(rng.uniform()), time=tick)
+        numbers.apply(board)
+        assert numbers["a"] <= numbers["b"] <= numbers["c"]
+    with pytest.raises(InvalidInputError, match="'c' is kept below 'a' already|'a' is kept below 'c' already"):
+        board.keep_ordered("c", "a")
+    board.set_orders([("a", "b")])
+    assert board.orders == (("a", "b"),)
+    board.receive(FADERS[1], 1.0, time=400)
+    numbers.apply(board)
+    assert numbers["b"] == 10.0 > numbers["c"]
+
+
+def test_learning_a_fourteen_bit_fader_binds_the_pair() -> None:
+    """Its low byte saws over the whole range; a knob of seven bits beside it is still learned as that."""
+    from spectral_core.explore.board.midi import MidiLink
+
+    mido = pytest.importorskip("mido")
+    from mido.ports import EchoPort
+
+    for wide in (True, False):
+        numbers, port = Numbers({"a": 0.0}), EchoPort()
+        board = Board(numbers.__getitem__)
+        link = MidiLink(board.receive, port=port)
+        board.learn("a")
+        for value in range(0, 16384, 37):
+            port.send(mido.Message("control_change", channel=2, control=7, value=value >> 7))
+            if wide:
+                port.send(mido.Message("control_change", channel=2, control=39, value=value & 127))
+            link.pump()
+            numbers.apply(board)
+        expected = Control("cc14", 2, "7") if wide else Control("cc", 2, "7")
+        assert [binding.control for binding in board.bindings] == [expected]
+        assert numbers["a"] == pytest.approx(16354 / 16383 if wide else 127 / 127, abs=0.01)
+
+
+def test_ranges_that_do_not_start_at_zero_and_run_the_other_way() -> None:
+    knob = Control("cc", 0, "1")
+    assert Binding(knob, "a", 5.0, 10.0).position(7.5) == pytest.approx(0.5)
+    assert Binding(knob, "a", -2.0, 6.0).value(0.25) == pytest.approx(0.0)
+    swapped = Binding(knob, "a", 10.0, 4.0)
+    assert (swapped.value(0.0), swapped.value(1.0)) == (10.0, 4.0)
+    assert swapped.position(4.0) == 1.0 and swapped.position(11.0) == 0.0
+    with pytest.raises(InvalidInputError, match="two different finite ends"):
+        Binding(knob, "a", float("-inf"), 1.0)
+
+
+def test_motors_get_sixty_commands_a_second_and_no_more() -> None:
+    numbers = Numbers({"a": 1.0})
+    board = board_of(numbers)
+    sent = 0
+    for tick in range(400):
+        numbers["a"] = tick / 40
+        sent += len(board.motors(time=1.0 + tick / 400))
+    assert 55 <= sent <= 61
