@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transfer function of the active Volume: presets, files, materials, colours from the palette."""
+"""The transfer function of the active Volume: presets, files, materials, colors from the palette."""
 
 from typing import TYPE_CHECKING
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panel "Spectral Volume" of Volume objects: materials with their curves and colours, steps and quality."""
+"""Panel "Spectral Volume" of Volume objects: materials with their curves and colors, steps and quality."""
 
 from functools import lru_cache
 
@@ -67,7 +67,7 @@ def swatch_of(entry: PropertyGroup, light: Illuminant) -> np.ndarray:
 
 
 class SPECTRAL_UL_volume_materials(bpy.types.UIList):
-    """Materials with their colour under the scene's lights"""
+    """Materials with their color under the scene's lights"""
 
     light = Illuminant("daylight", LIGHT_GRID, np.ones(LIGHT_GRID.size))
     """The scene's light, gathered once per draw of the panel instead of once per row."""

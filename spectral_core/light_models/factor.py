@@ -87,7 +87,7 @@ def optimized_edges(
 ) -> list[int]:
     """Interval edges (m + 1 indices) with the least mean ΔE2000 over pairs of a light and reflectances (r, n).
 
-    Each inner edge in turn moves to its best place between its neighbours, until none moves: a local optimum.
+    Each inner edge in turn moves to its best place between its neighbors, until none moves: a local optimum.
     """
     basis = np.asarray(basis, dtype=np.float64)
     size = basis.shape[1]

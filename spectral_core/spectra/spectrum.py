@@ -74,7 +74,7 @@ class SpectralGrid:
 
     @property
     def cell_widths_nm(self) -> NDArray[np.float64]:
-        """Width that each knot stands for, shape (n,), in nm: half-way to its neighbours, ends mirrored."""
+        """Width that each knot stands for, shape (n,), in nm: half-way to its neighbors, ends mirrored."""
         steps = np.diff(self.wavelengths_nm)
         return (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]])) / 2
 

@@ -70,7 +70,7 @@ def engine(size: int) -> NDArray[np.uint8]:
     """An engine-like block, as a scan would show it: housing at 110, liners and pipes at 215, noise under 40.
 
     Anti-aliased edges one voxel wide and a haze of reconstruction noise around the block, so that the palette of
-    thesis Fig. 5.6 (equal, split, smoke) has its three things to colour.
+    thesis Fig. 5.6 (equal, split, smoke) has its three things to color.
     """
     x, y, z = _unit_grid(size)
     edge = 1.0 / size

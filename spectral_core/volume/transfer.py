@@ -3,8 +3,8 @@
 
 A ray collects, for material k, the amount A_k = ∫ T(s)·(κ_k + ε_k)(f(s)) ds with T = exp(-∫ Σ_k κ_k ds). κ is the
 extinction and ε the emission at the data value f, both per world unit. The picture is Σ_k A_k·color_k, times the
-light where the material is lit. So a fully opaque layer of a material shows its colour; an X-ray material (κ = 0,
-ε > 0) adds light and takes none (thesis 5.4.4); colour and light enter only after the march, and any of them can
+light where the material is lit. So a fully opaque layer of a material shows its color; an X-ray material (κ = 0,
+ε > 0) adds light and takes none (thesis 5.4.4); color and light enter only after the march, and any of them can
 change without a ray.
 """
 
@@ -24,12 +24,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """One material: knots over the data value, and one colour.
+    """One material: knots over the data value, and one color.
 
     ``values`` (n,) do not decrease; two equal ones make a jump (the later one counts at the value itself). Between
     knots both curves are linear, outside they keep the last knot. ``extinction`` (n,) and ``emission`` (n,) or None
     are per world unit, not negative. ``color`` is linear RGB (3,), or a spectrum on the transfer function's
-    wavelengths. ``lit`` says that the colour is a reflectance, to be multiplied by the light; else it shines by
+    wavelengths. ``lit`` says that the color is a reflectance, to be multiplied by the light; else it shines by
     itself. ``gradient_values`` and ``gradient_weights`` (m,), both or neither, make the function two-dimensional:
     both curves are multiplied by the weight at the field's gradient magnitude, in data units per world unit.
     """
@@ -75,9 +75,9 @@ class Material:
 
 @dataclass(frozen=True, eq=False)
 class TransferFunction:
-    """K materials, and the wavelengths (n,) in nm that their colours are given on, or None for linear RGB.
+    """K materials, and the wavelengths (n,) in nm that their colors are given on, or None for linear RGB.
 
-    Raises InvalidInputError for no material, for two of one name, and for colours that do not fit the wavelengths.
+    Raises InvalidInputError for no material, for two of one name, and for colors that do not fit the wavelengths.
     """
 
     materials: tuple[Material, ...]
@@ -112,7 +112,7 @@ class TransferFunction:
 
     @property
     def colors(self) -> Array:
-        """The materials' colours, shape (K, 3) or (K, wavelengths)."""
+        """The materials' colors, shape (K, 3) or (K, wavelengths)."""
         return np.stack([material.color for material in self.materials])
 
     @property

@@ -135,7 +135,7 @@ def _rescaled(ball: NormBall | None, shift: Matrix, size: float) -> NormBall | N
 
 
 def _check_resolution(center: Matrix, half_widths: Matrix) -> None:
-    """Refuse axes far thinner than the widest, and regions in which neighbouring doubles are a visible step."""
+    """Refuse axes far thinner than the widest, and regions in which neighboring doubles are a visible step."""
     thinnest = int(np.argmin(half_widths))
     if half_widths[thinnest] < THINNEST * half_widths.max():
         raise InvalidInputError(

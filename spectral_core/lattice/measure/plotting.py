@@ -101,7 +101,7 @@ def _spiral(plt: Any, rate: int) -> Any:
 
 
 def _cell(plt: Any, rate: int) -> Any:
-    """Fig. 3.2: the Voronoi cell of the best 3D lattice, one colour per zone of parallel facets."""
+    """Fig. 3.2: the Voronoi cell of the best 3D lattice, one color per zone of parallel facets."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     lattice = make_lattice(3, rate)
@@ -147,7 +147,7 @@ def _radii(plt: Any, rate: int) -> Any:
 
 
 def _levels(plt: Any, rate: int) -> Any:
-    """A sweep of the unit square level by level: new points in colour, older ones stay where they are."""
+    """A sweep of the unit square level by level: new points in color, older ones stay where they are."""
     points = progressive_fill(unit_cube(2), 32 * rate, rate=rate, seed=4)
     steps = [points]
     for _ in range(3 if rate == 2 else 2):

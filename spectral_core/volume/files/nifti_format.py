@@ -47,7 +47,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     if array.ndim != 3:
         raise FileFormatError(f"{path.name} has shape {array.shape}; expected a volume with three axes")
     if array.dtype.kind not in "iufb":
-        raise InvalidInputError(f"{path.name} holds {array.dtype} (colours or complex numbers); expected scalars")
+        raise InvalidInputError(f"{path.name} holds {array.dtype} (colors or complex numbers); expected scalars")
     name = path.name.removesuffix(".gz")
     return make_volume(Path(name).stem, array, np.asarray(image.affine, float), path)
 

@@ -19,7 +19,7 @@ def read_volume(
     """The scalar volume of a file, with the file's own type, spacing, orientation and origin.
 
     ``field`` chooses an array, grid or key by name where a file holds several; ``component`` chooses an entry of an
-    axis that is not space (vector component, colour channel, time step); ``raw`` lays out a file of bare numbers, of
+    axis that is not space (vector component, color channel, time step); ``raw`` lays out a file of bare numbers, of
     any name. Raises FileFormatError for a file that is cut, odd or of another kind, InvalidInputError for a choice
     that is missing or not in the file, and MissingDependencyError where the format's own library is absent.
     """

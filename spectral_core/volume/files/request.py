@@ -78,5 +78,5 @@ class ReadRequest:
     field: str | None = None
     """Which array, grid or key of a file that holds several."""
     component: int | None = None
-    """Which entry of an axis that is not space: a vector's component, a colour channel or a time step."""
+    """Which entry of an axis that is not space: a vector's component, a color channel or a time step."""
     raw: RawLayout | None = None

@@ -39,10 +39,10 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         return _read_folder(tifffile, path, request)
     pages, spacing = _read_file(tifffile, path, request)
     if pages.shape[0] == 1 and path.is_file():
-        neighbours = len(list(path.parent.glob(f"*{path.suffix}")))
-        if neighbours > 1:
+        neighbors = len(list(path.parent.glob(f"*{path.suffix}")))
+        if neighbors > 1:
             raise InvalidInputError(
-                f"{path.name} holds one page; to read the {neighbours} files as a stack open {path.parent}"
+                f"{path.name} holds one page; to read the {neighbors} files as a stack open {path.parent}"
             )
     return make_volume(path.stem, pages.transpose(2, 1, 0), affine(np.diag(spacing), np.zeros(3)), path)
 
@@ -102,7 +102,7 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
             raise
         raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is cut: {error}") from error
     for letter in [a for a in axes if a not in "YX" + _DEPTH]:
-        what = {"S": "colour channels", "C": "channels", "T": "time steps"}.get(letter, f"entries along {letter}")
+        what = {"S": "color channels", "C": "channels", "T": "time steps"}.get(letter, f"entries along {letter}")
         several = array.shape[axes.index(letter)] > 1
         array = pick_component(array, axes.index(letter), request.component if several else None, path, what)
         axes = axes.replace(letter, "")

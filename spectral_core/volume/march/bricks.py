@@ -134,7 +134,7 @@ def _reduce(data: NDArray[Any], edge: int, pick: np.ufunc, edges_along: int | No
 
 
 def _reduce_last(moved: NDArray[Any], bricks: int, edge: int, width: int, pick: np.ufunc) -> NDArray[Any]:
-    """The same along the fastest axis: whole strided slices, since a reduction over few neighbours is slow."""
+    """The same along the fastest axis: whole strided slices, since a reduction over few neighbors is slow."""
     missing = (bricks - 1) * edge + width - len(moved)
     if missing > 0:
         moved = np.concatenate([moved, np.repeat(moved[-1:], missing, axis=0)])

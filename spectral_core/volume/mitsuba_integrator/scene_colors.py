@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Material colours as the renderer's variant wants them: RGB, one luminance, or at a ray's wavelengths."""
+"""Material colors as the renderer's variant wants them: RGB, one luminance, or at a ray's wavelengths."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class SceneColors:
-    """Colours of K materials; ``at(wavelengths)`` gives K radiances of Mitsuba's ``Spectrum`` type.
+    """Colors of K materials; ``at(wavelengths)`` gives K radiances of Mitsuba's ``Spectrum`` type.
 
     With ``reflectances``, lit materials have their bare reflectance (to be lit by the scene); else they are lit by
     ``light``, a catalogue illuminant scaled so that a perfect white has luminance 1.
