@@ -130,9 +130,30 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
             is_holdout,
             color=tuple(thing.color),
             index=int(thing.pass_index),
-            random=(instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF,
+            random=_random(thing, instance),
         )
     )
+
+
+def _random(thing: Any, instance: Any) -> float:
+    """Random number of an instance as Blender draws it; of an object by itself as Cycles makes it from its name."""
+    if instance.is_instance:
+        return float((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+    word = 0
+    for byte in thing.name.encode():
+        word = (word * 37 + byte) & 0xFFFFFFFF
+    # Jenkins' lookup3, its final mix, on the words (hash, 0)
+    a = (0xDEADBEEF + (2 << 2) + 13 + word) & 0xFFFFFFFF
+    b = c = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
+    for first, second, third in ((14, 11, 25), (16, 4, 14)):
+        c = ((c ^ b) - _rotated(b, first)) & 0xFFFFFFFF
+        a = ((a ^ c) - _rotated(c, second)) & 0xFFFFFFFF
+        b = ((b ^ a) - _rotated(a, third)) & 0xFFFFFFFF
+    return float((((c ^ b) - _rotated(b, 24)) & 0xFFFFFFFF) / 0xFFFFFFFF)
+
+
+def _rotated(word: int, bits: int) -> int:
+    return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF
 
 
 def _materials(thing: Any) -> list[Any]:
@@ -155,6 +176,10 @@ def _note_missing(found: Collected, thing: Any, reads: frozenset[str]) -> None:
     """Name the UV maps and attributes that materials ask for and the mesh lacks: they read as 0, as in Blender."""
     if "uv" in reads and uv_layer(thing.data, "") is None:
         found.translation.note(thing.name, "it has no UV map for the images on it; they show their corner pixel")
+    undeformed = getattr(thing.original, "data", None)
+    count = len(getattr(undeformed, "vertices", ())) if thing.original.type == "MESH" else len(thing.data.vertices)
+    if "generated" in reads and count != len(thing.data.vertices):
+        found.translation.note(thing.name, "its generated coordinates are those of the mesh after its modifiers")
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         if kind == "attribute" and attribute and attribute not in thing.data.attributes:

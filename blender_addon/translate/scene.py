@@ -10,6 +10,7 @@ import bpy
 
 from spectral_core.scene import Film, LightPaths, Material, Scene
 
+from .approximations import note_approximations
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
 from .ledger import note_changed
@@ -58,6 +59,7 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )
+    note_approximations(translation, scene)
     return replace(scene, notes=translation.notes)
 
 

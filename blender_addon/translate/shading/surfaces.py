@@ -225,18 +225,23 @@ def _principled(reader: Reader, output: Output) -> Surface:
     anisotropic = scalar("Anisotropic", 0.0)
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
+    if lit and coat_weight != 0:
+        reader.note(f"{output.label!r}: its coat does not dim what it emits")
+    index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
+    if index < 1 and transmission != 1:
+        reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
     return Principled(
         base_color=_color(reader, output, 0.8, "Base Color"),
         metallic=scalar("Metallic", 0.0),
         roughness=scalar("Roughness", 0.5),
-        ior=ior(reader, output.input("IOR"), 1.5),
+        ior=index,
         alpha=reader.factor(output.input("Alpha"), 1.0),
         specular_level=reader.number(output.input("Specular IOR Level"), 0.5),
         specular_tint=reader.paint(output.input("Specular Tint"), gray(1.0)),
         anisotropic=anisotropic,
         anisotropic_rotation=scalar("Anisotropic Rotation", 0.0),
         tangent=_tangent(reader, output, anisotropic),
-        transmission=scalar("Transmission Weight", 0.0),
+        transmission=transmission,
         coat_weight=coat_weight,
         coat_roughness=scalar("Coat Roughness", 0.03),
         coat_ior=ior(reader, output.input("Coat IOR"), 1.5),

@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.arrow import Arrow, Spectrum
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.quadratic import FAR, Block, Quadratic
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-FAR = 1e30
-"""Stands for infinity where a solver wants a number."""
 STIFFEST = 1e8
 """Largest weight, relative to the median, that daqp is given: its normal equations lose digits past that."""
 EQUAL = 5

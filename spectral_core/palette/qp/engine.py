@@ -36,6 +36,9 @@ LEAST_ELASTIC = 1e-2
 """Squared weight, relative to the median, that an exact row has at least among other exact ones."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
+STRAIN, ROUNDING = 1e3, 1e-5
+"""Multiplier of an exact row from which an answer may be strained, and its share that is compared with the objective:
+a slack of 1e-11, which no check can tell from 0, then buys a millionth of the objective."""
 NEAR = 1e-7
 """Distance to a bound at which an interior answer is taken to lie on it."""
 
@@ -88,7 +91,17 @@ class Engine:
             if answer is None:
                 self._conflict = False
                 answer = self._solve(problem, changed)
+            if _strained(problem, answer):
+                answer = self._with_slack(problem, answer)
         return replace(answer, infeasible=True) if self._impossible else answer
+
+    def _with_slack(self, problem: Quadratic, answer: Answer) -> Answer:
+        """piqp's answer, where its slack, within what the check allows, buys a lower objective."""
+        other = self._from_piqp(problem)
+        if other is None or not other.check.passed:
+            return answer
+        costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
+        return other if costs[0] < costs[1] else answer
 
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
         """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
@@ -202,10 +215,10 @@ class Engine:
         free = (x > low + NEAR) & (x < high - NEAR)
         raw = np.where(x <= low + NEAR, low, np.where(x >= high - NEAR, high, x))
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
-        if sharp is not None and sharp.check.passed:
+        if sharp is not None and sharp.check.passed and not _strained(problem, sharp):
             return sharp
-        forces = problem.forces(x, multipliers)
-        return _answer(problem, x, forces, "piqp")
+        rough = _answer(problem, x, problem.forces(x, multipliers), "piqp")
+        return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
         active = ActiveSet(arrow)
@@ -270,6 +283,20 @@ def softened(problem: Quadratic, which: Collection[int] | None = None, *, everyt
 def solve(problem: Quadratic) -> Answer:
     """Solve one problem by itself."""
     return Engine().solve(problem)
+
+
+def _strained(problem: Quadratic, answer: Answer) -> bool:
+    """Whether exact rows pull so hard that rounding in them shows in the objective (rows that nearly depend)."""
+    hardest = max(
+        (
+            float(np.abs(force[block.exact]).max(initial=0.0))
+            for block, force in zip(problem.blocks, answer.forces, strict=True)
+        ),
+        default=0.0,
+    )
+    if not hardest > STRAIN:
+        return False
+    return hardest * ROUNDING > problem.objective(problem.joined(answer.colors, answer.values))
 
 
 def _answer(problem: Quadratic, x: Array, forces: list[Array], engine: str) -> Answer:

@@ -125,6 +125,7 @@ def _integrator_class(variant: str) -> Any:
             si = scene.ray_intersect(path.ray, mi.RayFlags.All, path.depth == 0, path.active)
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
+            si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
             si.wi = self.upright(si)
             arrived = self.arrived(scene, si, path, path.active & ~unseen)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -141,7 +142,7 @@ def _integrator_class(variant: str) -> Any:
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit)
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             outward = si.to_world(bs.wo)
-            scatters = hit & ~straight & ~path.last & self.keeps_side(si, bs.wo, outward)
+            scatters = hit & ~straight & ~path.last & self.leaves_as_drawn(si, bs, outward)
             onward = unseen | (hit & straight) | scatters
             path.throughput = dr.select(hit, path.throughput * weight, path.throughput)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
@@ -195,6 +196,11 @@ def _integrator_class(variant: str) -> Any:
             outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
             return (wo.z > 0.0) == outside
 
+        def leaves_as_drawn(self, si: Any, bs: Any, outward: Any) -> Any:
+            """Whether a drawn direction reflects off, or passes through, the geometry as it does the shading."""
+            same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
+            return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
+
         def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
             """Light that a ray meets: from a glowing surface or the surroundings, weighed against sampling it."""
             emitter = si.emitter(scene)
@@ -224,7 +230,8 @@ def _integrator_class(variant: str) -> Any:
             number = self.tables.number(ds.emitter)
             wo = si.to_local(ds.d)
             wanted &= self.tables.lights_it(number, self.kind_of(bsdf, si, wo), path.depth, shape)
-            wanted &= self.keeps_side(si, wo, ds.d)
+            # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
+            wanted &= self.keeps_side(si, wo, ds.d) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted)
             share = dr.select(ds.delta, 1.0, squared_share(ds.pdf, pdf))
             shadowless = mi.Bool(False)

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.upright import toward_viewer
+
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the BSDFs for the active variant."""
@@ -26,14 +28,11 @@ def register(mi: Any, dr: Any) -> None:
 
         def about(self, si: Any, active: Any) -> Any:
             """The hit with the frame of the bent normal."""
-            toward = si.to_world(si.wi)
+            toward = toward_viewer(mi, dr, si)
             normal = mi.Vector3f(mi.Color3f(self.normal.eval_3(si, active)))
             smooth = dr.mulsign(mi.Vector3f(si.sh_frame.n), dr.dot(si.sh_frame.n, toward))
             size = dr.norm(normal)
             normal = dr.select(size > 1e-6, normal / dr.maximum(size, 1e-6), smooth)
-            # a normal that faces away from the viewer is bent back until it just faces, so that nothing turns black
-            facing = dr.dot(normal, toward)
-            normal = dr.select(facing < 0.01, dr.normalize(normal + toward * (0.01 - facing)), normal)
             bent = mi.SurfaceInteraction3f(si)
             frame = dr.mulsign(normal, si.wi.z)
             along = si.dp_du - frame * dr.dot(frame, si.dp_du)
@@ -41,7 +40,9 @@ def register(mi: Any, dr: Any) -> None:
             along = dr.select(dr.squared_norm(along) > 1e-20, dr.normalize(along), other)
             bent.sh_frame.n, bent.sh_frame.s = mi.Normal3f(frame), along
             bent.sh_frame.t = dr.cross(frame, along)
-            bent.wi = bent.to_local(toward)
+            # seen from behind the bent normal the side stays that of the surface; lobes that mirror turn it further
+            local = bent.to_local(toward)
+            bent.wi = mi.Vector3f(local.x, local.y, dr.mulsign(dr.abs(local.z), si.wi.z))
             return bent
 
         def softened(self, si: Any, bent: Any, inner: Any, wo: Any) -> Any:

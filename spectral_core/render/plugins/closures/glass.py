@@ -7,6 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.microfacet import KeptEnergy, Microfacets
+from spectral_core.render.plugins.closures.upright import keeps_side
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -85,6 +86,7 @@ def register(mi: Any, dr: Any) -> None:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             if self.smooth:
                 return mi.Spectrum(0.0), mi.Float(0.0)
+            active = active & keeps_side(mi, dr, si, wo)
             eta = self.relative_ior(si, active)
             roughness = self.roughness.eval_1(si, active)
             facets = Microfacets(mi, dr, roughness)

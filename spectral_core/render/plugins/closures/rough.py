@@ -9,6 +9,7 @@ from typing import Any
 from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import AlbedoTable, KeptEnergy, Microfacets
+from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
 from spectral_core.render.plugins.numbers import opaque_number
 
 
@@ -71,27 +72,30 @@ def register(mi: Any, dr: Any) -> None:
             return mi.Vector3f(x, y, direction.z)
 
         def stretch(self, si: Any, active: Any) -> Any:
-            """Factors on alpha along and across the lobe's direction (Cycles' Glossy BSDF)."""
+            """Factors on alpha along and across the lobe's direction (Cycles' Principled and Metallic BSDF)."""
             if self.anisotropy is None:
                 return None
-            amount = dr.clip(self.anisotropy.eval_1(si, active), -0.99, 0.99)
-            return dr.select(amount < 0.0, dr.rcp(1.0 + amount), 1.0 - amount), dr.select(
-                amount < 0.0, 1.0 + amount, dr.rcp(1.0 - amount)
-            )
+            aspect = dr.sqrt(1.0 - 0.9 * dr.clip(self.anisotropy.eval_1(si, active), 0.0, 1.0))
+            return dr.rcp(aspect), aspect
 
-        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+        def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            si = with_valid_normal(mi, dr, hit)
             axes = self.lobe_axes(si, active)
             wi = self.aligned(axes, self.turned(si, si.wi))
             wo = self.draw(si, wi, (sample1, sample2), active)
             value, density = self.reflect(si, wi, wo, active)
             valid = active & (density > 0.0) & (wi.z > 0.0)
             bs = dr.zeros(mi.BSDFSample3f)
-            bs.wo, bs.eta = self.turned(si, self.aligned(axes, wo, back=True)), mi.Float(1.0)
+            outward = self.turned(si, self.aligned(axes, wo, back=True))
+            bs.wo, bs.eta = hit.to_local(si.to_world(outward)), mi.Float(1.0)
             bs.pdf = dr.select(valid, density, 0.0)
             bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.GlossyReflection))
             return bs, dr.select(valid, value / dr.maximum(density, 1e-20), 0.0)
 
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        def eval_pdf(self, ctx: Any, hit: Any, wo: Any, active: Any = True) -> Any:
+            si = with_valid_normal(mi, dr, hit)
+            wo = si.to_local(hit.to_world(wo))
+            active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
             wi, wo = (self.aligned(axes, self.turned(si, direction)) for direction in (si.wi, wo))
             value, density = self.reflect(si, wi, wo, active)
@@ -117,6 +121,15 @@ def register(mi: Any, dr: Any) -> None:
             self.color, self.roughness = properties["color"], properties["roughness"]
             self.edge_tint = properties.get("edge_tint", None)
             self.kind = str(properties.get("distribution", "ggx"))
+
+        def stretch(self, si: Any, active: Any) -> Any:
+            """Cycles' Glossy BSDF counts anisotropy in another way than its metals do, and from -1 to 1."""
+            if self.anisotropy is None or self.edge_tint is not None:
+                return super().stretch(si, active)
+            amount = dr.clip(self.anisotropy.eval_1(si, active), -0.99, 0.99)
+            return dr.select(amount < 0.0, dr.rcp(1.0 + amount), 1.0 - amount), dr.select(
+                amount < 0.0, 1.0 + amount, dr.rcp(1.0 - amount)
+            )
 
         def facets(self, si: Any, active: Any) -> Any:
             return Microfacets(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active), self.kind)
@@ -158,13 +171,6 @@ def register(mi: Any, dr: Any) -> None:
             self.diffuse_roughness = properties.get("diffuse_roughness", None)
             self.specular_albedo = self.layer_albedo(ior, self.keeps_energy)
             self.coat_albedo = self.layer_albedo(coat_ior, True)
-
-        def stretch(self, si: Any, active: Any) -> Any:
-            """Factors on alpha along and across the lobe's direction (Cycles' Principled BSDF)."""
-            if self.anisotropy is None:
-                return None
-            aspect = dr.sqrt(1.0 - 0.9 * dr.clip(self.anisotropy.eval_1(si, active), 0.0, 1.0))
-            return dr.rcp(aspect), aspect
 
         def layer_albedo(self, ior: float, keeps_energy: bool) -> Any:
             """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""

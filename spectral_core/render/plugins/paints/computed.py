@@ -32,7 +32,7 @@ def computed_classes(variant: str) -> tuple[Any, Any]:
             return type(self).__name__
 
     class Computed(Base):
-        """Value of a program. ``bounded``: a share of light, held within [0, 1]; else not below 0 as radiance.
+        """Value of a program: a reflectance, held within [0, 1], or an emitted color of either sign, as in Cycles.
 
         ``light``: a texture of the white that emitted colors tint; None for reflectances.
         """
@@ -51,12 +51,15 @@ def computed_classes(variant: str) -> tuple[Any, Any]:
             if self.light is None:
                 rgb = tuple(dr.clip(c, 0.0, 1.0) for c in rgb)
                 return mi.Color3f(*rgb) if self.upsampling is None else self.upsampling(rgb, si.wavelengths)
-            rgb = tuple(dr.maximum(c, 0.0) for c in rgb)
             if self.upsampling is None:
                 return mi.Color3f(*rgb) * self.light.eval(si, active)
-            size = dr.maximum(rgb[0], dr.maximum(rgb[1], rgb[2]))
-            share = tuple(c / dr.maximum(size, 1e-20) for c in rgb)
-            return self.upsampling(share, si.wavelengths) * self.light.eval(si, active) * size
+            size = mi.Float(1e-20)
+            for c in rgb:
+                size = dr.maximum(size, dr.abs(c))
+            # each sign has a spectrum of its own: reflectances that are upsampled have none below 0
+            share = tuple(c / size for c in rgb)
+            lit = self.upsampling(share, si.wavelengths) - self.upsampling(tuple(-c for c in share), si.wavelengths)
+            return lit * self.light.eval(si, active) * size
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
             rgb = self.values(si, active)

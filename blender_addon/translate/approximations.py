@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Notes on what only the whole scene shows: materials, shapes and light paths that together differ from Cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.scene import Glass, Glossy, Mesh, Metal, Principled, Rays, Scene, Surface, leaves
+
+from .context import Translation
+
+LEANING_COSINE = 0.7
+"""Cosine between a face's normal and a shading normal of its corners below which refraction is seen to differ."""
+FEW = 0.01
+"""Share of corners that may lean further than that."""
+
+
+def note_approximations(translation: Translation, scene: Scene) -> None:
+    """Name them once per object, light or scene."""
+    surfaces = {material.name: material.surface for material in scene.materials}
+    meshes = {mesh.name: mesh for mesh in scene.meshes}
+    bends = {name for name, surface in surfaces.items() if _refracts(surface)}
+    leaning: dict[str, bool] = {}
+    for instance in scene.instances:
+        if not bends.intersection(instance.materials):
+            continue
+        if instance.mesh not in leaning:
+            leaning[instance.mesh] = _leans(meshes[instance.mesh])
+        if leaning[instance.mesh]:
+            message = "it is smooth-shaded over hard edges: light refracted there is dimmer than in Cycles"
+            translation.note(instance.name, message)
+    if not any(_is_mixed(surface) for surface in surfaces.values()):
+        return
+    for light in scene.lights:
+        hidden = light.hidden_from
+        if bool(hidden & Rays.DIFFUSE) != bool(hidden & Rays.GLOSSY):
+            message = "diffuse or glossy rays alone pass it: a surface that scatters both ways counts as diffuse for it"
+            translation.note(light.name, message)
+    limits = scene.settings.light_paths
+    if not (limits.reflective_caustics and limits.refractive_caustics):
+        message = "caustics are off: a surface that is partly diffuse keeps the caustics of its glossy part"
+        translation.note(translation.scene.name, message)
+
+
+def _refracts(surface: Surface | None) -> bool:
+    return any(
+        isinstance(leaf, Glass) or (isinstance(leaf, Principled) and leaf.transmission != 0) for leaf in leaves(surface)
+    )
+
+
+def _is_mixed(surface: Surface | None) -> bool:
+    """Whether a surface scatters both diffusely and as a mirror does."""
+    kinds = {isinstance(leaf, (Glossy, Metal, Glass)) for leaf in leaves(surface)}
+    return len(kinds) == 2 or any(isinstance(leaf, Principled) for leaf in leaves(surface))
+
+
+def _leans(mesh: Mesh) -> bool:
+    """Whether interpolated normals lean far away from the faces that they shade."""
+    if mesh.normals is None:
+        return False
+    first, second, third = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
+    faces = np.cross(second - first, third - first)
+    size = np.linalg.norm(faces, axis=1)
+    kept = size > 0
+    normals = mesh.normals[mesh.triangles[kept]].astype(np.float64)
+    cosines = np.einsum("tci,ti->tc", normals, faces[kept] / size[kept, None])
+    return bool((cosines < LEANING_COSINE).mean() > FEW) if cosines.size else False
