@@ -1,39 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine of a palette's side: three gears on one factorization, and a check that decides.
+"""The engine of a palette's side: four gears on one factorization, and a check that decides.
 
-From an earlier answer: primal-dual active set, else the parametric walk. Cold: daqp where no spectrum depends on
-another, else the interior point, and the active set from its guess. Whatever comes out is checked (``optimality``).
-Where no gear passes, piqp is asked; where exact rows cannot hold together, they are weighed heavily instead and the
-answer says so.
+From an earlier answer: primal-dual active set, else Newton in the free colors, else the parametric walk. Cold: daqp
+where no spectrum depends on another, else the interior point, and the active set from its guess. Whatever comes out is
+checked (``optimality``). Where no gear passes, piqp is asked; where exact rows cannot hold together, they are weighed
+heavily instead and the answer says so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.active_set import ActiveSet
-from spectral_core.palette.qp.arrow import Arrow, median_weight
-from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, lone_spectrum, nearest_miss
+from spectral_core.palette.qp.arrow import Arrow
+from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
+from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.feasibility import can_hold
 from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import FAILED, PERFECT, Check, checked
 from spectral_core.palette.qp.quadratic import Quadratic
+from spectral_core.palette.qp.reduced import DENSE_LIMIT, guided
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-DENSE_LIMIT = 200
-"""Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
-ELASTIC = 1e4
-"""Weight, relative to the median, of exact rows that cannot hold together."""
 SHARP, FINE_STEPS = 1e-8, 12
 """KKT residual past which an answer is refined, and the active-set steps that this may take."""
-LEAST_ELASTIC = 1e-2
-"""Squared weight, relative to the median, that an exact row has at least among other exact ones."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 STRAIN, ROUNDING = 1e3, 1e-5
@@ -150,7 +145,7 @@ class Engine:
             begin, free = active.x.copy(), active.free.copy()
         active.steps = 0
         try:
-            arrived = active.settle() or self._guided(active, begin, free, changed)
+            arrived = active.settle() or guided(active, begin, free, changed)
         except np.linalg.LinAlgError:
             return None
         self.steps = active.steps
@@ -159,24 +154,6 @@ class Engine:
         answer = self._read(problem, active, "active set")
         sharp = answer.check.passed and answer.check.kkt <= SHARP
         return answer if sharp else self._finer(problem, active, "active set", answer)
-
-    @staticmethod
-    def _guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
-        """The walk, with the changed spectra brought to their optimum at the old free colors first.
-
-        Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
-        is short: daqp takes the hundred bends of one spectrum in the time of a few steps.
-        """
-        arrow = active.arrow
-        begin, free = begin.copy(), free.copy()
-        for k in range(len(arrow.spectra)) if changed is None else changed:
-            at = slice(active.offsets[k], active.offsets[k + 1])
-            if at.stop - at.start < DENSE_LIMIT:
-                found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], begin[: active.colors])
-                if found is not None:
-                    begin[at], free[at] = found
-        active.begin(begin, free)
-        return active.settle() or active.walk(begin, free)
 
     def _cold(self, problem: Quadratic) -> Answer:
         """From nothing."""
@@ -260,24 +237,6 @@ class Engine:
         answer = self._cold(elastic)
         self._conflict = True
         return replace(answer, infeasible=True)
-
-
-def softened(problem: Quadratic, which: Collection[int] | None = None, *, everything: bool = False) -> Quadratic:
-    """The problem with the exact rows of cells, in all blocks or in some, as heavy ones.
-
-    Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
-    unless ``everything`` is to be soft.
-    """
-    unit = median_weight(problem)[0]
-    blocks = list(problem.blocks)
-    for k in range(len(blocks)) if which is None else which:
-        block = blocks[k]
-        soft = block.exact.copy()
-        if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
-            soft[3 * len(block.keys) :] = False
-        among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
-        blocks[k] = replace(block, weights=np.where(soft, ELASTIC * unit * among, block.weights))
-    return replace(problem, blocks=tuple(blocks))
 
 
 def solve(problem: Quadratic) -> Answer:
