@@ -11,6 +11,7 @@ import warnings
 from typing import Any
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from spectral_core.palette import CellMode, PaletteProblem, PaletteSolution
 from spectral_core.spectra.catalogue import color_matching_functions
@@ -99,7 +100,15 @@ def _gain(problem: PaletteProblem, solution: PaletteSolution, side: str, present
             return None
     if statement.status != "optimal":
         return None
-    return max(0.0, here - float(statement.value) - NOTHING) / max(here, NOTHING)
+    # What Clarabel gains by leaving an exact cell, however little, is no gain: multiplier times slack (weak duality).
+    slack = [np.vdot(np.abs(each.dual_value), np.abs(each.violation())) for each in constraints if _is_equality(each)]
+    return max(0.0, here - float(statement.value) - float(sum(slack)) - NOTHING) / max(here, NOTHING)
+
+
+def _is_equality(constraint: Any) -> bool:
+    from cvxpy.constraints.zero import Equality
+
+    return isinstance(constraint, Equality)
 
 
 def _exact_miss(problem: PaletteProblem, solution: PaletteSolution) -> float:
@@ -230,7 +239,13 @@ def _best_common(members: dict, exact: dict, box: tuple, metric: np.ndarray, sho
         gram = weight**2 * metric[cell].T @ metric[cell]
         total += gram
         right += gram @ shown[cell]
-    return np.clip(np.linalg.lstsq(total, right, rcond=None)[0], *box)
+    free = np.linalg.lstsq(total, right, rcond=None)[0]
+    if np.all((free >= box[0]) & (free <= box[1])) or np.any(box[0] >= box[1]):
+        return np.clip(free, *box)
+    # Under a metric the channels depend on each other: the best color of the box is not the clipped one.
+    values, vectors = np.linalg.eigh(total)
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    return lsq_linear(root, root @ free, bounds=box, tol=1e-14, method="bvls").x
 
 
 def _metrics(problem: PaletteProblem, shown: np.ndarray) -> np.ndarray:

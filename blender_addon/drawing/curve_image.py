@@ -39,8 +39,8 @@ def wavelength_colors(count: int) -> NDArray[np.float64]:
     linear = linear - np.minimum(linear.min(axis=1, keepdims=True), 0.0) * 0.6
     linear = np.clip(linear, 0.0, None)
     peak = linear.max(axis=1, keepdims=True)
-    seen = np.clip(peak / 0.25, 0.0, 1.0) ** 0.5
-    return np.clip(display_rgb_from_linear(linear / np.maximum(peak, 1e-9)), 0, 1) * seen + 0.25 * (1 - seen)
+    share = np.clip(peak / 0.25, 0.0, 1.0) ** 0.5
+    return np.clip(display_rgb_from_linear(linear / np.maximum(peak, 1e-9)), 0, 1) * share + 0.25 * (1 - share)
 
 
 def value_range(values: NDArray[np.float64], kind: str) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The light dial over the 3D view and the image editor: disc, bulbs as bright as their share, selector, tooltip.
 
-Only while Blender draws; where things stand comes from ``light_dial_shape``, as for the mouse.
+It is drawn only while Blender draws. Positions come from ``dial_shape``, which the mouse handling uses too.
 """
 
 import bpy
@@ -27,7 +27,7 @@ _handlers: list = []
 
 
 def shape_in(area: Area, region: Region) -> DialShape:
-    """Where the dial stands in the main region of an area."""
+    """Position and size of the dial in the main region of an area."""
     tools = sum(each.width for each in area.regions if each.type == "TOOLS" and each.alignment == "LEFT")
     scale = bpy.context.preferences.system.ui_scale
     return DialShape.in_region(region.width, region.height, left=tools, scale=scale)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The dial in pixels, without Blender: where things stand, what is under the mouse, where a drag snaps."""
+"""The shape of the dial in pixels, without Blender: positions, the handle under the mouse, and snapping."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 MARGIN = 26.0
 LABEL_ROOM = 22.0
 SELECTOR_REACH, BULB_REACH = 8.0, 14.0
-"""Pixels, unscaled, within which a handle is taken. The selector's is smaller: a bulb below it can still be had."""
+"""Unscaled pixels within which the mouse grabs a handle. Smaller for the selector: a bulb below it can be grabbed."""
 DISC = 1.25
-"""Radius of the dial's disc in its own unit; new bulbs stand at 1."""
+"""Radius of the dial's disc in its own unit; new bulbs are placed at 1."""
 SNAP_STEP = 0.25
 SNAP_REACH = 0.12
 CLICK_PIXELS = 4.0
@@ -26,7 +26,7 @@ CLICK_PIXELS = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What a press takes: the selector, bulb ``index``, or the disc, where the selector then jumps."""
+    """The handle that a press grabs: the selector, bulb ``index``, or the disc, to which the selector then jumps."""
 
     kind: Literal["selector", "bulb", "disc"]
     index: int = -1
@@ -49,11 +49,11 @@ class DialShape:
         return cls(left + reach + 24 * scale, reach, unit, scale)
 
     def pixels(self, places: ArrayLike) -> Array:
-        """Pixels (..., 2) of places on the dial."""
+        """Pixels (..., 2) of coordinates on the dial."""
         return np.array([self.x, self.y]) + self.unit * np.asarray(places, dtype=np.float64)
 
     def place(self, pixel: ArrayLike) -> Array:
-        """Place (2,) on the dial of a pixel."""
+        """Coordinates (2,) on the dial of a pixel."""
         return (np.asarray(pixel, dtype=np.float64) - (self.x, self.y)) / self.unit
 
     def is_over(self, pixel: ArrayLike) -> bool:
@@ -61,7 +61,7 @@ class DialShape:
         return bool(np.hypot(*self.place(pixel)) <= DISC)
 
     def target(self, pixel: ArrayLike, selector: ArrayLike, bulbs: ArrayLike) -> Target | None:
-        """What is under a pixel, None where nothing of the dial is. Of bulbs on one spot, the first."""
+        """Find the handle under a pixel; None outside the dial. Where bulbs coincide, the first one counts."""
         at = np.asarray(pixel, dtype=np.float64)
         if np.hypot(*(self.pixels(selector) - at)) <= SELECTOR_REACH * self.scale:
             return Target("selector")
@@ -72,7 +72,7 @@ class DialShape:
 
 
 def snapped(place: ArrayLike, bulbs: ArrayLike) -> Array:
-    """``place`` at the nearest bulb, middle of two bulbs, or middle of the dial in reach; else on a grid."""
+    """Snap ``place`` to the nearest bulb, middle of two bulbs or middle of the dial within reach; else to a grid."""
     at, spots = np.asarray(place, dtype=np.float64), np.reshape(np.asarray(bulbs, dtype=np.float64), (-1, 2))
     first, second = np.triu_indices(len(spots), 1)
     offered = np.concatenate([spots, (spots[first] + spots[second]) / 2, np.zeros((1, 2))])
@@ -84,7 +84,7 @@ def snapped(place: ArrayLike, bulbs: ArrayLike) -> Array:
 
 
 def tooltip(names: Sequence[str], shares: ArrayLike, intensity: float) -> list[str]:
-    """Lines that tell what each light does, strongest first; a warning where all are off."""
+    """Give one line per light with its share, strongest first; a warning if all are off."""
     parts = np.asarray(shares, dtype=np.float64)
     if not parts.size or not parts.any():
         return ["All bulbs are off: nothing is lit. Click one to switch it on."]

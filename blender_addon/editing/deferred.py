@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that follows an edit: at once without a window; with one as soon as the artist's hand allows, by a timer.
+"""Work that follows an edit: at once if there is no window, else by a timer, so that dragging stays smooth.
 
 Dragging a slider changes a property many times per second. A timer collects what came in the meantime and answers
 once. While Blender renders nothing is written, because the render reads the same data.
@@ -12,11 +12,11 @@ from collections.abc import Callable
 import bpy
 
 RENDER_SECONDS = 0.5
-"""Time until the next look at a render that is under way."""
+"""Time between two checks whether a render has ended."""
 
 
 class Deferred:
-    """Answer edits of a scene later, when the artist rests.
+    """Answer edits of a scene later, when the artist pauses.
 
     Parameters
     ----------
@@ -51,13 +51,13 @@ class Deferred:
             if self._finish is not None:
                 self._finish(scene)
             return
-        if not self._edited:  # an edit that already waits is not put off further, so a drag shows its way
+        if not self._edited:  # an edit that waits already is not delayed again, so that results appear during a drag
             self._unregister()
             bpy.app.timers.register(self._timer, first_interval=self._delay)
         self._edited.add(scene.session_uid)
 
     def tick(self) -> float | None:
-        """Answer what waits: first the edits, then, after a rest, what is not finished. Blender's timer calls it."""
+        """Answer waiting edits first; after a pause, finish their scenes. Blender's timer calls this."""
         if bpy.app.is_job_running("RENDER"):
             return RENDER_SECONDS
         if self._edited:
@@ -72,7 +72,7 @@ class Deferred:
         return None
 
     def cancel(self) -> None:
-        """Forget what waits."""
+        """Forget all waiting edits."""
         self._edited.clear()
         self._unfinished.clear()
         self._unregister()

@@ -38,7 +38,7 @@ def _read(spectral: PropertyGroup, kind: str) -> Spectrum | None:
 
 
 def _source_changed(spectral: bpy.types.PropertyGroup) -> None:
-    """Another source: what was stored before belongs to the old one."""
+    """Clear the stored spectrum when another source is chosen."""
     if spectral.source in ("CATALOGUE", "FILE"):
         spectral.samples.clear()
     reload(spectral)

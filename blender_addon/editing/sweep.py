@@ -48,12 +48,12 @@ class Run:
             return len(store.ledger.rows("done"))
 
     def words(self) -> str:
-        """What the process has said."""
+        """Output of the process so far."""
         self.log.seek(0)
         return self.log.read().decode("utf-8", "replace")
 
     def cancel(self) -> None:
-        """End the process; what is computed stays."""
+        """End the process; points that are computed stay."""
         if self.process.poll() is None:
             self.process.terminate()
             try:

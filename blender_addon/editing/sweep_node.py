@@ -125,7 +125,7 @@ class BlendNode:
         return {**self.__dict__, "_kept": {}}
 
     def describe(self) -> list[str]:
-        """What the plan says."""
+        """Lines of the plan."""
         lines = ["each worker keeps the file open and the renderer warm; a swept number compiles nothing"]
         if self.relights:
             lines.append("only energies of lights are swept: a worker records them once and re-lights each point")

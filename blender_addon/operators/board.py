@@ -14,7 +14,7 @@ from .common import UNDOABLE, chosen_path, reporting
 
 
 def board_in(context: Context) -> PropertyGroup:
-    """The mixing board of the scene that is being looked at."""
+    """The mixing board of the scene in the window."""
     return context.scene.spectral.board
 
 
@@ -48,7 +48,7 @@ class SPECTRAL_OT_board_start(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_stop(bpy.types.Operator):
-    """Stop listening to the faders; what they moved is one undo step"""
+    """Stop listening to the faders; all their moves are one undo step"""
 
     bl_idname = "spectral.board_stop"
     bl_label = "Stop Board"
@@ -61,7 +61,7 @@ class SPECTRAL_OT_board_stop(bpy.types.Operator):
 
 
 class SPECTRAL_OT_board_poll(bpy.types.Operator):
-    """Take over what the faders have moved, once; a timer does it while there is a window"""
+    """Apply the moves of the faders, once; a timer does so while there is a window"""
 
     bl_idname = "spectral.board_poll"
     bl_label = "Read Faders"

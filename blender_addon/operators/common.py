@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the operators of this extension share."""
+"""Functions that several operators share."""
 
 import functools
 from collections.abc import Callable
@@ -17,7 +17,7 @@ UNDOABLE = {"REGISTER", "UNDO"}
 
 
 def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
-    """An error that this project raises on purpose becomes one line for the artist, and the operator is cancelled."""
+    """Report an error of this project as one line to the artist, and cancel the operator."""
 
     @functools.wraps(execute)
     def reported(self: Operator, context: Context) -> set[str]:
@@ -31,7 +31,7 @@ def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
 
 
 def palette_in(context: Context) -> PropertyGroup:
-    """The palette of the scene that is being looked at."""
+    """The palette of the scene in the window."""
     return context.scene.spectral.palette
 
 
@@ -43,7 +43,7 @@ def require_index(what: str, index: int, count: int) -> int:
 
 
 def chosen_path(filepath: str) -> Path:
-    """The file that an operator was told. Raises InvalidInputError where it was told none."""
+    """The path that an operator was given. Raises InvalidInputError if it was given none."""
     if not filepath.strip():
         raise InvalidInputError("no file is chosen; give its path as filepath=…")
     return Path(bpy.path.abspath(filepath))

@@ -18,7 +18,7 @@ from .common import UNDOABLE, chosen_path, reporting
 
 
 def dial_in(context: Context) -> PropertyGroup:
-    """The light dial of the scene that is being looked at."""
+    """The light dial of the scene in the window."""
     return context.scene.spectral.dial
 
 
@@ -64,7 +64,7 @@ class SPECTRAL_OT_dial_show(bpy.types.Operator):
 
 
 class SPECTRAL_OT_dial_check(bpy.types.Operator):
-    """Compare the scene with what was recorded, and say what has changed since"""
+    """Compare the scene with the recording, and list what has changed since"""
 
     bl_idname = "spectral.dial_check"
     bl_label = "Compare"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Record what each light brings to the picture, or load what was recorded; the dial gets its bulbs."""
+"""Record the contribution of each light to the picture, or load a recording; the dial gets its bulbs."""
 
 import contextlib
 import threading
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class _Recording:
-    """A transport render: everything it needs of Blender was read before it starts, so a thread may run it."""
+    """A transport render. Everything it needs from Blender is read before it starts, so that a thread can run it."""
 
     scene: Any
     storage: Any
@@ -46,10 +46,10 @@ class _Recording:
 
     @classmethod
     def of(cls, context: Context) -> "_Recording":
-        """Translate the scene and find what shines in it."""
+        """Translate the scene and find its lights and glowing objects."""
         dial, scene = dial_in(context), _as_rendered(context)
-        names = {thing.name for thing in (*scene.lights, *scene.instances)}
-        shown = [thing for thing in bpy.data.objects if thing.name_full in names]
+        names = {each.name for each in (*scene.lights, *scene.instances)}
+        shown = [each for each in bpy.data.objects if each.name_full in names]
         members = members_of(context.scene, shown, dial.one_per_light)
         parts, view = changes.parts_of(context.scene), view_transform_of(context.scene)
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view)
@@ -78,7 +78,7 @@ class _Recording:
 
 
 def _as_rendered(context: Context) -> "SpectralScene":
-    """The scene as F12 sees it, which is not what the viewport shows: a render that stops once it is translated."""
+    """Translate the scene as F12 does, which the viewport may not show: a render that stops after translation."""
     caught: list[Any] = []
 
     def catch(scene: "SpectralScene") -> NoReturn:
@@ -100,7 +100,7 @@ def _as_rendered(context: Context) -> "SpectralScene":
 
 
 def _keep(context: Context, recording: _Recording) -> str:
-    """Write the file, give the dial its bulbs; a note for the artist. Bulbs that were there keep their places.
+    """Write the file, give the dial its bulbs; a note for the artist. Bulbs that existed before keep their coordinates.
 
     What could not be written stays in memory, to be written elsewhere by Save Transport: it may have taken hours.
     """
@@ -148,7 +148,7 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
 
 
 def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
-    """Each bulb looks as its light does; white where a group's lights differ."""
+    """Give each bulb the color of its light; white where the lights of a group differ."""
     import numpy as np
 
     from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
@@ -160,7 +160,7 @@ def _color_bulbs(dial: PropertyGroup, transport: "Transport") -> None:
 
 
 class SPECTRAL_OT_dial_record(bpy.types.Operator):
-    """Render what each light brings to the picture, so that the light can be decided later. Esc stops it"""
+    """Render the contribution of each light, so that lights can be mixed later without rendering. Esc stops it"""
 
     bl_idname = "spectral.dial_record"
     bl_label = "Record"
@@ -192,7 +192,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
             self._recording.stop = True
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}  # the artist works on; what is edited meanwhile is told on the dial afterwards
+            return {"PASS_THROUGH"}  # the artist may go on working; the dial shows afterwards what was edited
         context.window_manager.progress_update(100 * self._recording.progress)
         if self._recording.is_running:
             return {"RUNNING_MODAL"}

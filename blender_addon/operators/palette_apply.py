@@ -48,7 +48,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
             )
         lost = [fault.text for fault in bindings.faults(palette) if fault.kind in ("deleted", "unused")]
         if lost:
-            self.report({"WARNING"}, f"the table names what is gone: {'; '.join(lost)}")
+            self.report({"WARNING"}, f"the table names deleted data: {'; '.join(lost)}")
         self.report({"INFO"}, f"{count} spectra applied")
 
 
@@ -90,7 +90,7 @@ def _create_materials(palette: PropertyGroup) -> None:
 
 
 class SPECTRAL_OT_palette_mend(bpy.types.Operator):
-    """Follow new names, find what was deleted and made again, make linked data local, and forget what is gone"""
+    """Follow new names, find data that was deleted and made again, make linked data local, and forget deleted data"""
 
     bl_idname = "spectral.palette_mend"
     bl_label = "Mend Table"

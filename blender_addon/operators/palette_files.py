@@ -40,7 +40,7 @@ class SPECTRAL_OT_palette_import(bpy.types.Operator, ImportHelper):
 
 
 class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
-    """Write what the palette asks for as TOML or JSON"""
+    """Write the palette's targets and settings as TOML or JSON"""
 
     bl_idname = "spectral.palette_export"
     bl_label = "Export Palette"

@@ -34,8 +34,8 @@ class SPECTRAL_OT_palette_from_scene(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         objects = context.view_layer.objects
-        lights = _unique(thing.data for thing in objects if thing.type == "LIGHT")
-        materials = _unique(slot.material for thing in objects for slot in thing.material_slots)
+        lights = _unique(each.data for each in objects if each.type == "LIGHT")
+        materials = _unique(slot.material for each in objects for slot in each.material_slots)
         if not lights or not materials:
             raise InvalidInputError(
                 f"this scene has {len(lights)} lights and {len(materials)} materials; a palette needs one of each"

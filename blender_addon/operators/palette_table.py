@@ -109,7 +109,7 @@ class SPECTRAL_OT_palette_move(bpy.types.Operator):
 
 
 class SPECTRAL_OT_palette_select(bpy.types.Operator):
-    """Show what is asked of this cell, its material and its light below the table"""
+    """Show the target of this cell, its material and its light below the table"""
 
     bl_idname = "spectral.palette_select"
     bl_label = "Select Cell"
@@ -119,7 +119,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
 
     @classmethod
     def description(cls, context: Context, properties: PropertyGroup) -> str:
-        """The tooltip says what the cell shows."""
+        """Describe the colors of the cell in the tooltip."""
         palette = palette_in(context)
         if 0 <= properties.row < len(palette.materials) and 0 <= properties.column < len(palette.lights):
             cell = palette.materials[properties.row].cells[properties.column]

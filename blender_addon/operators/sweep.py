@@ -60,7 +60,7 @@ class SPECTRAL_OT_sweep_estimate(bpy.types.Operator):
 
 
 class SPECTRAL_OT_sweep_run(bpy.types.Operator):
-    """Render what is missing of the sweep, in the background; Blender stays free"""
+    """Render the missing points of the sweep, in the background; Blender stays free"""
 
     bl_idname = "spectral.sweep_run"
     bl_label = "Run Sweep"
@@ -89,7 +89,7 @@ class SPECTRAL_OT_sweep_run(bpy.types.Operator):
 
 
 class SPECTRAL_OT_sweep_cancel(bpy.types.Operator):
-    """End the run; what is rendered stays, and the next run goes on from there"""
+    """End the run; rendered points stay, and the next run continues with the others"""
 
     bl_idname = "spectral.sweep_cancel"
     bl_label = "Cancel Sweep"

@@ -181,15 +181,15 @@ def _choose_preset(data: Volume, volume: Volume, name: str) -> None:
 
 def _add_to_scene(context: Context, data: Volume, volume: Volume, size: float) -> None:
     """An object of the data at the cursor, its longest side ``size`` long."""
-    thing = bpy.data.objects.new(data.name, data)
+    shown = bpy.data.objects.new(data.name, data)
     if size:
-        thing.scale = (size / float(np.ptp(volume.corners_world, axis=0).max()),) * 3
-        thing.location = context.scene.cursor.location
-    context.collection.objects.link(thing)
+        shown.scale = (size / float(np.ptp(volume.corners_world, axis=0).max()),) * 3
+        shown.location = context.scene.cursor.location
+    context.collection.objects.link(shown)
     for other in context.selected_objects:
         other.select_set(False)
-    thing.select_set(True)
-    context.view_layer.objects.active = thing
+    shown.select_set(True)
+    context.view_layer.objects.active = shown
 
 
 def _stem(path: Path, key: str) -> str:

@@ -24,7 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("sweep", type=Path, metavar="SWEEP.toml", help="what is swept, and where; see examples/sweeps")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="the store; default: the file's name and .cdb, here")
     parser.add_argument(
-        "--budget", type=int, metavar="M", help="exactly this many points, instead of the file's number"
+        "--budget",
+        type=int,
+        metavar="M",
+        help="this many points, instead of the file's number; points that the folder already has stay",
     )
     parser.add_argument("--plan", action="store_true", help="say what would be computed, and stop")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")

@@ -22,7 +22,8 @@ from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.arrow import CAP, Factors, median_weight, squared
-from spectral_core.palette.qp.engine import Answer, softened
+from spectral_core.palette.qp.elastic import softened
+from spectral_core.palette.qp.engine import Answer
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.threads import on_one_thread
 from spectral_core.palette.report import exact_error

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scalar field every part of the volume room speaks of.
+"""The scalar field that every part of the volume package uses.
 
 Convention: ``data[i, j, k]`` is the value at the *centre* of voxel (i, j, k); the centre has index coordinates
 (i, j, k), x first. A voxel is one unit wide, so the field fills the index box [-0.5, n - 0.5] on each axis. Between
@@ -23,7 +23,7 @@ from spectral_core.errors import InvalidInputError
 
 @dataclass(frozen=True, eq=False)
 class ScalarVolume:
-    """A scalar field on a regular grid and where it stands in the world.
+    """A scalar field on a regular grid and its position in the world.
 
     ``data`` has shape (nx, ny, nz), each at least 1, any integer or float type, and keeps that type and its memory
     order (x fastest, as most files store it, is the order that renders without a second copy). A writeable array
@@ -45,7 +45,7 @@ class ScalarVolume:
     def from_spacing(
         cls, name: str, data: ArrayLike, spacing: ArrayLike = (1.0, 1.0, 1.0), origin: ArrayLike = (0.0, 0.0, 0.0)
     ) -> ScalarVolume:
-        """Axis-parallel voxels of size ``spacing`` (3,), voxel (0, 0, 0) centred at ``origin`` (3,), world units."""
+        """Axis-parallel voxels of size ``spacing`` (3,), voxel (0, 0, 0) centered at ``origin`` (3,), world units."""
         matrix = np.eye(4)
         matrix[:3, :3] = np.diag(frozen_array("spacing", spacing, (3,)))
         matrix[:3, 3] = frozen_array("origin", origin, (3,))
@@ -105,7 +105,7 @@ def _frozen_affine(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
     if not np.array_equal(affine[3], (0.0, 0.0, 0.0, 1.0)):
         raise InvalidInputError(f"to_world of volume {name!r} has last row {affine[3].tolist()}; expected 0 0 0 1")
     lengths = np.linalg.norm(affine[:3, :3], axis=0)
-    # The determinant of the unit axes is free of scale: 1e-6 wide voxels are as good as any.
+    # The determinant of the unit axes does not depend on scale, so that voxels 1e-6 wide are accepted.
     if not lengths.all() or abs(np.linalg.det(affine[:3, :3] / lengths)) < 1e-9:
         raise InvalidInputError(
             f"to_world of volume {name!r} is not invertible; its voxels have no extent in some direction"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a volume: how a march steps, what it records, and how colors turn that into a picture."""
+"""Pictures of a volume: how a march steps, what it records, and how colors convert that to a picture."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pilot rays: a few thousand rays of a picture, marched finely once, that measure the error of any way of stepping.
+"""Pilot rays: a few thousand rays of a picture, marched finely once, that measure the error of every stepping.
 
 The error is the signal-to-noise ratio of the linear picture in dB, 10·log10(‖x‖²/‖x - y‖²) (thesis 4.2). What the
 rays state of the whole picture is as good as the share of its error that they meet. Where a function has hard edges, a
@@ -29,13 +29,13 @@ MOST_RAYS = 16 * PILOT_RAYS
 # Processor time of one iteration of the loop, in iterations of the uniform midpoint march with one record packet, and
 # of a ray before its first iteration; measured over the fields of `volume-auto`.
 _ADAPTIVE, _PREINTEGRATED, _PACKET, _RAY = 0.1, 0.05, 0.1, 1.2
-# Uniform steps fall in and out of tune with the voxels, and some coarser ones do better than finer ones.
+# The error of uniform steps depends on how they align with the voxels, so that some coarser steps do better than finer.
 _TUNING = (1.12, 1.26, 1.41)
-_FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which every rule's steps have met their own limits
+_FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
 
 
 class RayTracer(Protocol):
-    """What a pilot needs of a renderer."""
+    """The methods of a renderer that a pilot calls."""
 
     volume: ScalarVolume
     types: Any
@@ -101,7 +101,7 @@ class Pilot:
 
         Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
         agree too: two marches of one rule may both pass over what its estimate of roughness has no idea of, such as
-        the tip of an opaque thing that a ray grazes. If these do not agree, uniform steps are halved until they do.
+        the tip of an opaque object that a ray grazes. If these do not agree, uniform steps are halved until they do.
         """
         quadrature: Quadrature = "midpoint" if self.transfer.uses_gradient else "preintegrated"
         scale, coarse = 0.5, self._march(Stepping("error", quadrature, 0.5), REFERENCE)[0]
@@ -116,7 +116,7 @@ class Pilot:
         while True:
             even = self._march(Stepping("uniform", quadrature, step), REFERENCE)[0]
             agreed = snr_db(even, fine - even)
-            # Halving the step takes off three quarters of the error at best, half of it where the order is lost.
+            # Halving the step removes three quarters of the error at second order, and half of it at first order.
             if agreed > agreement_db + 4.0 or step <= REFERENCE.shortest_step:
                 return even, agreed + 6.0, min(scale, step)
             fine, step = even, 0.5 * step
@@ -130,9 +130,9 @@ class Pilot:
         if stepping not in self._tried:
             colors, samples, steps = self._march(stepping)
             energies = np.sum((colors - self.reference) ** 2, axis=-1)
-            # Nobody can know an error to be smaller than the reference's own.
+            # An error below that of the reference cannot be measured.
             snr = min(snr_db(self.reference, colors - self.reference), self.reference_db)
-            # Standard error of a sum of unequal independent terms. All pixels are no sample: their sum is the truth.
+            # Standard error of a sum of unequal independent terms. Over all pixels the sum is exact.
             known = self.is_whole or not energies.any()
             spread = 0.0 if known else float(np.sqrt(np.sum(energies**2)) / np.sum(energies))
             self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, self._iteration(stepping))
@@ -160,17 +160,17 @@ class Pilot:
         The scale is looked for by secant steps on dB against log scale, from the scale of ``way``, until a trial lies
         at most ``within_db`` above the target. Trials that fell short are never the answer while one reached it.
         """
-        seen = [self.try_out(way)]
+        trials = [self.try_out(way)]
         for _ in range(tries - 1):
-            if any(0.0 <= t.snr_db - quality_db < within_db for t in seen):
+            if any(0.0 <= t.snr_db - quality_db < within_db for t in trials):
                 break
-            scale = float(np.clip(math.exp(_next_log_scale(seen, quality_db + 0.5 * within_db)), _FINEST, _COARSEST))
-            if any(abs(math.log(scale / t.stepping.scale)) < 1e-3 for t in seen):
+            scale = float(np.clip(math.exp(_next_log_scale(trials, quality_db + 0.5 * within_db)), _FINEST, _COARSEST))
+            if any(abs(math.log(scale / t.stepping.scale)) < 1e-3 for t in trials):
                 break
-            seen.append(self.try_out(replace(way, scale=scale)))
-            if seen[-1].steps == seen[-2].steps and scale > seen[-2].stepping.scale:
-                break  # the rule's longest step is met: coarser is not to be had
-        return cheapest(seen, quality_db)
+            trials.append(self.try_out(replace(way, scale=scale)))
+            if trials[-1].steps == trials[-2].steps and scale > trials[-2].stepping.scale:
+                break  # the rule's longest step is reached: no coarser stepping exists
+        return cheapest(trials, quality_db)
 
     def _march(self, stepping: Stepping, limits: Limits = USUAL) -> tuple[Array, float, float]:
         channels = self.renderer.trace(self.view, self.transfer, stepping, self.pixels, limits)
@@ -186,25 +186,25 @@ def cheapest(trials: list[Trial], quality_db: float) -> Trial:
     return min(reaching, key=lambda t: t.cost) if reaching else max(trials, key=lambda t: t.snr_db)
 
 
-def _next_log_scale(seen: list[Trial], target_db: float) -> float:
+def _next_log_scale(trials: list[Trial], target_db: float) -> float:
     """Log of the scale at which the SNR is expected to be ``target_db``."""
     second_order = -40.0 / math.log(10.0)  # dB per unit of log scale
-    above = [t for t in seen if t.snr_db >= target_db]
-    below = [t for t in seen if t.snr_db < target_db]
-    nearest = min(seen, key=lambda t: abs(t.snr_db - target_db))
+    above = [t for t in trials if t.snr_db >= target_db]
+    below = [t for t in trials if t.snr_db < target_db]
+    nearest = min(trials, key=lambda t: abs(t.snr_db - target_db))
     if above and below:
-        # Between the coarsest that reaches it and the finest that does not, if they lie in that order.
+        # Interpolate between the coarsest scale that reaches it and the finest that does not, if in that order.
         high = max(above, key=lambda t: t.stepping.scale)
         low = min(below, key=lambda t: t.stepping.scale)
         a, b = math.log(high.stepping.scale), math.log(low.stepping.scale)
         if a < b:
             part = (high.snr_db - target_db) / max(high.snr_db - low.snr_db, 1e-9)
-            # Away from the ends, so that the interval shrinks although the curve is steep or jumps.
+            # Stay away from the ends, so that the interval shrinks even where the curve is steep or jumps.
             return a + (b - a) * float(np.clip(part if math.isfinite(part) else 0.5, 0.15, 0.85))
     distance = float(np.clip(target_db - nearest.snr_db, -100.0, 100.0)) / second_order
-    slopes = sorted(seen, key=lambda t: t.stepping.scale)[:2]
+    slopes = sorted(trials, key=lambda t: t.stepping.scale)[:2]
     if len(slopes) == 2 and below and not above:
-        # All fall short: the curve at the fine end tells how far there is to go, where it is steep enough to tell.
+        # No trial reaches it: extrapolate the slope at the fine end, if it is steep enough.
         run = math.log(slopes[1].stepping.scale / slopes[0].stepping.scale)
         slope = (slopes[1].snr_db - slopes[0].snr_db) / run
         distance *= float(np.clip(second_order / slope if slope < 0 else 2.5, 0.5, 2.5))
@@ -226,17 +226,17 @@ def pilot_places(view: View, corners: Array, count: int) -> tuple[Array, Array, 
     elif local[:, 2].min() > 1e-3 * local[:, 2].max():
         scale = view.width / (2 * math.tan(math.radians(view.fov_deg) / 2))
         places = picture[1] / 2 - local[:, :2] / local[:, 2:] * scale
-    else:  # the camera stands in the field, or the field reaches behind it
+    else:  # the camera is inside the field, or part of the field is behind it
         places = picture
     low, high = np.clip(places.min(0), picture[0], picture[1]), np.clip(places.max(0), picture[0], picture[1])
     first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
     if 0 < np.prod(last - first) <= 1.3 * count:
         row, column = np.mgrid[first[1] : last[1], first[0] : last[0]]
-        # Tiles of 4×4: rays that march in step should be neighbors.
+        # Tiles of 4×4, because rays of one packet should be neighbors.
         order = np.lexsort((column.ravel() % 4, row.ravel() % 4, column.ravel() // 4, row.ravel() // 4))
         return column.ravel()[order] + 0.5, row.ravel()[order] + 0.5, True
     index = np.arange(count)
-    # A rank-1 lattice: no row or column of it runs along the voxels' own.
+    # A rank-1 lattice: none of its rows or columns is parallel to those of the voxels.
     across = (index * 0.6180339887498949) % 1.0
     down = (index + 0.5) / count
     tiles = max(1, round(math.sqrt(count / 16)))

@@ -25,10 +25,10 @@ from spectral_core.volume.view import View
 
 # `auto` leaves uniform only for at most this share of its samples, and of its time (whose prediction is rougher).
 _SAMPLES_GAIN, _TIME_GAIN = 0.95, 0.9
-# Ways are compared within this many dB above the target, the chosen one is brought this near to it.
+# Ways are compared within the first of these many dB above the target; the chosen one is refined to within the second.
 _COMPARED_DB, _CHOSEN_DB = 2.0, 0.3
-_SHORT_DB = 0.5  # below the target that is still called reached: less than a reader of a picture could tell
-# More rays are taken while the error energy is known worse than this (standard error), which is about 0.4 dB.
+_SHORT_DB = 0.5  # dB below the target that still count as reached: no viewer can tell the difference
+# More rays are taken while the relative standard error of the error energy is above this, which is about 0.4 dB.
 _SPREAD = 0.1
 
 
@@ -105,7 +105,7 @@ def plan(
     start = time.perf_counter()
     quality = require_range("quality", quality_db, 10.0, 90.0, " dB")
     ways = _ways(rule, quadrature)
-    if transfer.uses_gradient:  # has no table of running integrals
+    if transfer.uses_gradient:  # such a function has no table of running integrals
         ways = [way for way in ways if way.quadrature == "midpoint"]
         if not ways:
             raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
@@ -159,9 +159,9 @@ def _choose(trials: tuple[Trial, ...], quality_db: float) -> Trial:
 
 
 def _stated(pilot: Pilot, best: Trial, quality_db: float) -> tuple[Pilot, Trial]:
-    """The trial with enough rays behind its figure, its step found again where they tell otherwise."""
+    """Repeat the trial with more rays until its estimate is certain enough; find the step again if they disagree."""
     while best.spread > _SPREAD and pilot.count < MOST_RAYS:
-        # Few rays that carry much of the error: four times as many meet four times as many of their kind.
+        # Few rays carry much of the error: of four times as many rays, four times as many are of this kind.
         pilot = pilot.denser()
         best = pilot.solve(best.stepping, quality_db, 5 * _CHOSEN_DB, tries=4)
     return pilot, best

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transfer function made ready for one field: its table, and step grids as they are asked for."""
+"""A transfer function prepared for one field: its table, and its step grids, computed on demand."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from spectral_core.volume.transfer import TransferFunction
 
 
 class FieldOnDevice(Protocol):
-    """What is kept of a field whatever the transfer function."""
+    """Data of a field that do not depend on the transfer function."""
 
     types: Any
     volume: ScalarVolume
@@ -33,7 +33,7 @@ class FieldOnDevice(Protocol):
         """Gradient magnitudes on the device."""
 
     def statistics(self, rule: Rule) -> BrickStatistics:
-        """Brick statistics that ``rule`` wants."""
+        """Brick statistics that ``rule`` needs."""
 
 
 class PreparedTransfer:
@@ -59,7 +59,7 @@ class PreparedTransfer:
         return self._grids[rule]
 
     def march_input(self, stepping: Stepping, limits: Limits = USUAL) -> MarchInput:
-        """What ``march`` takes; numbers that may change without another kernel are opaque."""
+        """The input of ``march``; numbers that may change without a new kernel are opaque."""
         import drjit as dr
 
         with_integrals = stepping.quadrature == "preintegrated"

@@ -87,7 +87,7 @@ def narrow(volume: ScalarVolume) -> TransferFunction:
 
 
 def opaque(volume: ScalarVolume) -> TransferFunction:
-    """Two solid materials: nearly nothing is seen through either."""
+    """Two solid materials, both nearly opaque."""
     v, voxel = _places(volume)
     return TransferFunction(
         (

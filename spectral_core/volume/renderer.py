@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of one field without a scene: the same march as the integrator's, with as little around it as can be."""
+"""Pictures of one field without a scene: the march of the integrator, without Mitsuba."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of th
 
 
 class VolumeRenderer:
-    """Renders one field; keeps on the device what does not change with view or transfer function.
+    """Renders one field; keeps on the device all data that do not depend on view or transfer function.
 
     ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError where
     Dr.Jit is absent.
@@ -47,11 +47,11 @@ class VolumeRenderer:
 
     @property
     def edge(self) -> int:
-        """Brick edge in voxels: fine enough to leap well, few enough bricks that a new transfer function is quick."""
+        """Brick edge in voxels: fine enough to skip empty space, coarse enough to prepare a function quickly."""
         return 2 if self.volume.data.size <= 4_200_000 else 4 if self.volume.data.size <= 1 << 28 else 8
 
     def statistics(self, rule: Rule) -> BrickStatistics:
-        """Brick statistics that ``rule`` wants, computed once."""
+        """Brick statistics that ``rule`` needs, computed once."""
         key = "thesis" if rule == "thesis" else "bricks"
         if key not in self._statistics:
             made = voxel_statistics(self.volume, THESIS_WINDOW) if rule == "thesis" else None
@@ -60,7 +60,7 @@ class VolumeRenderer:
 
     @cached_property
     def gradient(self) -> DeviceVolume:
-        """Gradient magnitudes on the device, made when a two-dimensional transfer function first asks."""
+        """Gradient magnitudes on the device, for two-dimensional transfer functions."""
         return DeviceVolume(self.types, gradient_magnitude(self.volume))
 
     def prepare(self, transfer: TransferFunction) -> PreparedTransfer:
@@ -70,7 +70,7 @@ class VolumeRenderer:
         return self._prepared[1]
 
     def shown_corners(self, transfer: TransferFunction) -> NDArray[np.float64]:
-        """World corners (8, 3) of the part of the field that ``transfer`` shows; of all of it if that is none."""
+        """World corners (8, 3) of the part of the field that ``transfer`` shows; of the whole field if none is."""
         low, high = self.prepare(transfer).grid("error").grid.bounds(self.volume.shape)
         if low[0] > high[0]:
             return self.volume.corners_world
@@ -101,7 +101,9 @@ class VolumeRenderer:
         x, y, order = _pixel_places(self.types, view.width, view.height)
         out = self._marched(view, transfer, stepping, (x, y), limits=limits, counts=counts)
         if counts:
-            dr.schedule(out.samples, out.steps)  # with the picture: evaluated later, each would march anew
+            dr.schedule(
+                out.samples, out.steps
+            )  # evaluated with the picture; evaluated later, each would repeat the march
         channels = _image(self.types, [*out.amounts, out.transmittance], order).reshape(view.height, view.width, -1)
         seconds = time.perf_counter() - start
         samples, steps = (
@@ -117,7 +119,7 @@ class VolumeRenderer:
         pixels: tuple[Any, Any],
         limits: Limits = USUAL,
     ) -> list[NDArray[Any]]:
-        """March the rays through picture places ``pixels`` (x and y arrays, in pixels).
+        """March the rays through the picture coordinates ``pixels`` (x and y arrays, in pixels).
 
         Returns one array per material, the transmittance, and samples and steps per ray.
         """
@@ -178,9 +180,9 @@ def array_types(backend: str) -> Any:
 
 
 def _image(types: Any, channels: list[Any], order: Any) -> NDArray[np.float32]:
-    """(pixels, channels): ray i's at place ``order[i]``, put there by the kernel that marches.
+    """(pixels, channels): the values of ray i are at index ``order[i]``, where the marching kernel writes them.
 
-    One packet per pixel, filled up to a power of two: each scatter to the same array would march anew.
+    One packet per pixel, filled up to a power of two: each further scatter to the same array would repeat the march.
     """
     import drjit as dr
 
@@ -194,7 +196,7 @@ def _image(types: Any, channels: list[Any], order: Any) -> NDArray[np.float32]:
 
 @lru_cache(maxsize=8)
 def _pixel_places(types: Any, width: int, height: int) -> tuple[Any, Any, Any]:
-    """x and y of all pixel centres and each pixel's number, on the device, in tiles of 4×4.
+    """x and y of all pixel centers and each pixel's number, on the device, in tiles of 4×4.
 
     Sixteen rays march in step; those of a tile go through the same bricks longer than those of a row, which takes an
     eighth off the time.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields of our own making: analytic, so that every size is at hand and no file is shipped."""
+"""Analytic sample fields: any size can be computed, and no file is shipped."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def marschner_lobb(size: int) -> Array:
 
 
 def gaussians(size: int) -> Array:
-    """Fourteen overlapping blobs, values 0 to 1: smooth, as simulations are."""
+    """Fourteen overlapping blobs, values 0 to 1: smooth, like a simulation."""
     rng = np.random.default_rng(7)
     x, y, z = _unit_grid(size)
     field = np.zeros((size, size, size), np.float32)
@@ -62,7 +62,7 @@ def shells(size: int) -> NDArray[np.uint8]:
 
 
 def noise(size: int) -> NDArray[np.uint8]:
-    """White noise: nothing for any adaptive rule to find."""
+    """White noise: no rule can adapt its steps to it."""
     return np.asfortranarray(np.random.default_rng(3).integers(0, 256, (size, size, size), dtype=np.uint8))
 
 
@@ -70,7 +70,7 @@ def engine(size: int) -> NDArray[np.uint8]:
     """An engine-like block, as a scan would show it: housing at 110, liners and pipes at 215, noise under 40.
 
     Anti-aliased edges one voxel wide and a haze of reconstruction noise around the block, so that the palette of
-    thesis Fig. 5.6 (equal, split, smoke) has its three things to color.
+    thesis Fig. 5.6 (equal, split, smoke) needs its three objects to color.
     """
     x, y, z = _unit_grid(size)
     edge = 1.0 / size

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transfer functions: which materials stand at which data value, how much light each takes and which it gives.
+"""Transfer functions: the extinction, emission and color of each material as functions of the data value.
 
 A ray collects, for material k, the amount A_k = ∫ T(s)·(κ_k + ε_k)(f(s)) ds with T = exp(-∫ Σ_k κ_k ds). κ is the
 extinction and ε the emission at the data value f, both per world unit. The picture is Σ_k A_k·color_k, times the
 light where the material is lit. So a fully opaque layer of a material shows its color; an X-ray material (κ = 0,
-ε > 0) adds light and takes none (thesis 5.4.4); color and light enter only after the march, and any of them can
+ε > 0) adds light and absorbs none (thesis 5.4.4); color and light enter only after the march, and any of them can
 change without a ray.
 """
 
@@ -63,7 +63,7 @@ class Material:
 
     @property
     def is_xray(self) -> bool:
-        """Adds light and takes none."""
+        """Whether the material has emission and no extinction."""
         return bool(_emission(self).any() and not self.extinction.any())
 
     def weight(self, gradient: Array) -> Array:
@@ -117,12 +117,12 @@ class TransferFunction:
 
     @property
     def has_emission(self) -> bool:
-        """Some material gives light beyond its extinction."""
+        """Whether some material has emission."""
         return any(_emission(material).any() for material in self.materials)
 
     @property
     def uses_gradient(self) -> bool:
-        """Some material depends on the gradient magnitude too."""
+        """Whether some material depends on the gradient magnitude too."""
         return any(material.gradient_values is not None for material in self.materials)
 
     def scaled(self, factor: float) -> TransferFunction:

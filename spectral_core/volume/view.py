@@ -42,7 +42,7 @@ class View:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal for equal views: what a plan may be kept under."""
+        """Equal for equal views: the key under which a plan is cached."""
         return self.to_world.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width
 
     @classmethod
@@ -52,7 +52,9 @@ class View:
         ahead = frozen_array("target", target, (3,)) - start
         side = np.cross(frozen_array("up", up, (3,)), ahead)
         if not np.linalg.norm(ahead) or np.linalg.norm(side) < 1e-9 * np.linalg.norm(ahead):
-            raise InvalidInputError(f"a view from {start.tolist()} along its own up has no sideways; choose another up")
+            raise InvalidInputError(
+                f"a view from {start.tolist()} along its own up has no horizontal direction; choose another up"
+            )
         ahead, side = ahead / np.linalg.norm(ahead), side / np.linalg.norm(side)
         matrix = np.eye(4)
         matrix[:3, :4] = np.stack([side, np.cross(ahead, side), ahead, start], axis=1)
@@ -91,7 +93,7 @@ class View:
         return replace(self, width=width, height=height)
 
     def rays_world(self) -> tuple[Array, Array]:
-        """Start and unit direction of the ray through each pixel's centre, both (height, width, 3), world units."""
+        """Start and unit direction of the ray through each pixel's center, both (height, width, 3), world units."""
         x, y = np.meshgrid(*(np.arange(n) + 0.5 for n in (self.width, self.height)))
         start, towards = self._affine(np.eye(4), np.zeros(3))
         o = start[0] + x[..., None] * start[1] + y[..., None] * start[2]
@@ -132,7 +134,7 @@ class View:
         return (fixed + across, along) if self.fov_deg is None else (fixed, along + across)
 
     def mitsuba_sensor(self) -> dict[str, Any]:
-        """This camera as a Mitsuba sensor dictionary without film (float64 matrix; wants a variant to be set)."""
+        """This camera as a Mitsuba sensor dictionary without film (float64 matrix; needs a variant to be set)."""
         import mitsuba as mi
 
         matrix = self.to_world.copy()

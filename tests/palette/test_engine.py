@@ -246,3 +246,29 @@ def test_hard_palettes_are_never_called_right_when_wrong(first):
         if solution.status.trusted:
             assert solution.kkt_residual <= 1e-6, traps
             assert solution.bound_violation <= 1e-9, traps
+
+
+def test_the_best_color_in_a_box_under_a_metric_is_not_the_clipped_one(rng):
+    """Channels depend on each other there; the least over the box is found, compared with a fine search."""
+    metric = np.array([[1.0, 0.9, 0.2], [0.1, 1.0, 0.8], [0.3, 0.2, 1.0]])
+    shown = np.array([0.9, 0.2, 0.6])
+    block = Block(metric, np.zeros(3), metric, np.ones(3), np.zeros((0, 3)), np.zeros((3, 3)), np.zeros(3), np.ones(3))
+    problem = Quadratic((block,), np.zeros((1, 3)), np.full((1, 3), 0.5), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    found = problem.best_colors([shown])
+    axis = np.linspace(0, 0.5, 51)
+    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    searched = min(problem.objective(problem.joined(color[None], [shown])) for color in grid)
+    assert problem.objective(problem.joined(found, [shown])) <= searched + 1e-12
+
+
+@pytest.mark.parametrize("seed", [284, 322, 357, 442])
+def test_what_was_once_called_right_and_was_not(seed):
+    """Exact rows that nearly depend on each other; boxed groups under the perceptual metric; a side that is small."""
+    pytest.importorskip("cvxpy")
+    from benchmarks._palette_hard_check import side_gains
+
+    solution = solve_palette(hard_problem(seed)[0], explain=False)
+    if solution.status.trusted:
+        gains = side_gains(solution)
+        assert gains.pop("exact") < 1e-6
+        assert max(gains.values(), default=0.0) < 1e-6

@@ -143,3 +143,16 @@ def test_distinct_cells_stay_distinct_while_others_are_edited():
     answer = session.edit((0, 0), Cell.fixed((0.27, 0.25, 0.25), exact=True))
     assert answer.trusted
     assert session.solution().residuals["least_delta_e_2000"] > 20
+
+
+def test_no_edit_takes_many_steps(rng):
+    """Colors, weights to 1000 and exact cells: Newton in the free colors, not one bound after the other."""
+    from benchmarks.palette_speed import _next_edit, coupled_palette
+
+    session = PaletteSession(coupled_palette((8, 8, 31), rng))
+    steps = []
+    for number in range(64):
+        session.edit(*_next_edit(session, "mixed", number, rng))
+        steps.append(session._rounds.engines["reflectances"].steps)
+    assert max(steps) < 40
+    assert np.median(steps) <= 6

@@ -29,7 +29,7 @@ class Session:
     """A started board. ``links``: MIDI and OSC; ``events``: (seconds, target, position) of every move so far."""
 
     scene: int
-    """``session_uid``, which a rename leaves alone."""
+    """``session_uid``, which stays the same when the scene is renamed."""
     board: Any
     links: list[Any] = field(default_factory=list)
     events: list[tuple[float, str, float]] = field(default_factory=list)
@@ -51,7 +51,7 @@ def session() -> Session | None:
 
 
 def read(target: str) -> float:
-    """Present value of a target; 0 where it is gone, which its binding's row says."""
+    """Present value of a target; 0 where the target was deleted; the row of its binding says so."""
     from .paths import number_at
 
     try:
@@ -61,7 +61,7 @@ def read(target: str) -> float:
 
 
 def start(scene: Scene) -> tuple[Session, list[str]]:
-    """Open what is there and listen; returns what runs, and what could not be opened, in words.
+    """Open the devices that are connected and listen. Return the running board, and a sentence per device that failed.
 
     That nothing is there is no error.
     """
@@ -127,13 +127,13 @@ def rebind(scene: Scene) -> None:
 
 
 def follow_names(settings: PropertyGroup) -> bool:
-    """Keep bindings and orders at their data-blocks when those are renamed; whether any was."""
+    """Update bindings and orders when their data-blocks are renamed; return whether any was."""
     from .paths import block_at, renamed
 
     changed = False
     for entry in settings.bindings:
         if entry.block is None:
-            with contextlib.suppress(InvalidInputError):  # gone: the row says it
+            with contextlib.suppress(InvalidInputError):  # deleted: the row says so
                 entry.block = block_at(entry.name)[0]
             continue
         before, now = entry.name, renamed(entry.name, entry.block)
@@ -148,7 +148,7 @@ def follow_names(settings: PropertyGroup) -> bool:
 
 
 def tick() -> float | None:
-    """Move what was moved since the last time; Blender calls it as a timer, a script may."""
+    """Apply the moves since the last call. Blender calls this by a timer; a script may call it too."""
     if _session is None:
         return None
     scene = next((each for each in bpy.data.scenes if each.session_uid == _session.scene), None)
@@ -176,7 +176,7 @@ def tick() -> float | None:
 
 
 def _tell_missing(scene: Scene, device: str | None) -> None:
-    """Say in the panel that a device is unplugged, and take it back when it is there again."""
+    """Say in the panel that a device is unplugged, and use it again once it is connected."""
     board = scene.spectral.board
     text = f"{device} is unplugged; it is used again once it is connected" if device else ""
     if device and board.status != text:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the scene is still the one that was recorded, part by part: what was not recorded is told on the dial."""
+"""Whether the scene is still the one that was recorded, part by part: the dial shows what has changed."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def parts_of(scene: Scene) -> dict[str, str]:
 
 
 def remember_parts(scene: Scene, parts: dict[str, str]) -> None:
-    """Keep what was recorded, and forget what had changed before."""
+    """Store the state of the recorded scene, and forget earlier changes."""
     scene.spectral.dial.recorded_parts = json.dumps(parts)
     scene.spectral.dial.changes = ""
 
@@ -65,7 +65,7 @@ def accept(scene: Scene, before: dict[str, str]) -> None:
 
 
 def recorded_parts(scene: Scene) -> dict[str, str]:
-    """What was recorded; empty where nothing is known, as in files of an earlier version."""
+    """The stored state of the recorded scene; empty if unknown, as in files of an earlier version."""
     try:
         parts = json.loads(scene.spectral.dial.recorded_parts or "{}")
     except ValueError:

@@ -68,7 +68,7 @@ def live_mix(scene: Scene) -> Any:
     """The LiveMix of a scene's transport, read where it is not in memory, with the bulbs' lamps in it.
 
     Raises FileFormatError for a file that is missing, cut, edited or of another scene, InvalidInputError where
-    nothing was recorded yet, or a lamp asks for what the storage does not keep.
+    nothing was recorded yet, or a lamp needs spectra that the storage does not keep.
     """
     from spectral_core.render.relight.mix import LiveMix
     from spectral_core.render.relight.transport_file import read_transport
@@ -200,7 +200,7 @@ def _after_undo(scene: Scene | None, *_rest: object) -> None:
 
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
-    """Another file: what was in memory belongs to the old one."""
+    """Forget the recording in memory when another file is opened."""
     _sessions.clear()
     LIVE.cancel()
     if not bpy.app.background:

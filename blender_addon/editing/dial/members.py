@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which things of a Blender scene shine in which light group, and how their brightness is written back."""
+"""Which objects of a Blender scene shine in which light group, and how their brightness is written back."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from spectral_core.errors import InvalidInputError
 from ... import compat
 
 STRENGTH = {"EMISSION": "Strength", "BACKGROUND": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
-"""Socket that says how brightly a node of a type shines."""
+"""Name of the socket with the strength of each type of node."""
 DIMMER = "Light Dial of "
-"""Begins the name of the node that dims a strength which other nodes make."""
+"""Start of the name of the node that dims a strength which other nodes compute."""
 
 
 @dataclass(frozen=True)
@@ -33,22 +33,22 @@ class Member:
 
 
 def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
-    """Everything among ``objects`` and the scene's world that shines, by group. ``objects``: originals, no evaluated.
+    """Everything among ``objects`` and the scene's world that shines, by group. ``objects`` are originals.
 
-    Raises InvalidInputError for emission within a node group, whose strength cannot be told from outside.
+    Raises InvalidInputError for emission within a node group, whose strength cannot be set from outside.
     """
     found = []
-    for thing in objects:
-        group = thing.name_full if one_per_light else thing.lightgroup
-        if thing.type == "LIGHT" and thing.data.energy > 0:
-            found.append(Member(group, thing, -1, "", thing.data.energy))
-        elif thing.type in ("MESH", "CURVE", "SURFACE", "FONT", "META"):
-            for number, slot in enumerate(thing.material_slots):
-                found += [Member(group, thing, number, *entry) for entry in _glowing(slot.material)]
+    for each in objects:
+        group = each.name_full if one_per_light else each.lightgroup
+        if each.type == "LIGHT" and each.data.energy > 0:
+            found.append(Member(group, each, -1, "", each.data.energy))
+        elif each.type in ("MESH", "CURVE", "SURFACE", "FONT", "META"):
+            for number, slot in enumerate(each.material_slots):
+                found += [Member(group, each, number, *entry) for entry in _glowing(slot.material)]
     world = scene.world
     if world is not None:
         group = getattr(world, "lightgroup", "") or ("World" if one_per_light else "")
-        # a lamp of that name has a bulb of its own: the core numbers the second one, as Blender does
+        # a lamp of that name has its own bulb, so the second one is numbered, as in the core and in Blender
         taken, name, number = ({member.group for member in found} if one_per_light else set()), group, 0
         while group in taken:
             number += 1
@@ -59,7 +59,7 @@ def members_of(scene: Scene, objects: Iterable[Object], one_per_light: bool) -> 
 
 def group_count(scene: Scene, one_per_light: bool) -> int:
     """How many bulbs a recording would have, quickly, for a panel."""
-    shown = [thing for thing in scene.objects if not thing.hide_render]
+    shown = [each for each in scene.objects if not each.hide_render]
     return len({member.group for member in members_of(scene, shown, one_per_light)})
 
 
@@ -106,8 +106,8 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> None:
 def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndarray) -> int:
     """Write base × weight to everything behind the bulbs; returns how many numbers were written.
 
-    Lamps and materials that a thing outside its group uses too become copies of its own. Nothing is written where
-    InvalidInputError is raised: for what was deleted, is linked from another file, or cannot be told apart.
+    A lamp or material that an object outside the group also uses is copied first. Raises InvalidInputError, before
+    anything is written, for data that was deleted, is linked from another file, or cannot be dimmed separately.
     """
     wanted = [(kept, float(weight)) for bulb, weight in zip(bulbs, weights, strict=True) for kept in bulb.members]
     for bulb, weight in zip(bulbs, weights, strict=True):
@@ -136,7 +136,7 @@ def _require_writable(kept: PropertyGroup) -> None:
 
 
 def _block(kept: PropertyGroup) -> ID | None:
-    """Data-block whose number is meant: the lamp, the material in the slot, or the world."""
+    """The data-block that holds the number: the lamp, the material in the slot, or the world."""
     owner = kept.owner
     if isinstance(owner, bpy.types.World):
         return owner
@@ -146,13 +146,13 @@ def _block(kept: PropertyGroup) -> ID | None:
 
 
 def _keep_apart(wanted: list[tuple[PropertyGroup, float]]) -> None:
-    """Give a thing its own copy of a lamp or material that is dimmed differently elsewhere."""
-    by_thing = {
+    """Give an object its own copy of a lamp or material that is dimmed differently elsewhere."""
+    weight_of = {
         (kept.owner, kept.slot): weight for kept, weight in wanted if not isinstance(kept.owner, bpy.types.World)
     }
-    for (owner, slot), weight in by_thing.items():
+    for (owner, slot), weight in weight_of.items():
         others = [key for key in _users(owner, slot) if key != (owner, slot)]
-        if all(by_thing.get(key) == weight for key in others):
+        if all(weight_of.get(key) == weight for key in others):
             continue
         if slot < 0:
             owner.data = owner.data.copy()
@@ -165,26 +165,26 @@ def _keep_apart(wanted: list[tuple[PropertyGroup, float]]) -> None:
 def _users(owner: ID, slot: int) -> list[tuple[Any, int]]:
     """All (object, slot) that show the same lamp or material."""
     if slot < 0:
-        return [(thing, -1) for thing in bpy.data.objects if thing.data == owner.data]
+        return [(each, -1) for each in bpy.data.objects if each.data == owner.data]
     material = owner.material_slots[slot].material
     return [
-        (thing, number)
-        for thing in bpy.data.objects
-        for number, other in enumerate(thing.material_slots)
+        (each, number)
+        for each in bpy.data.objects
+        for number, other in enumerate(each.material_slots)
         if other.material == material
     ]
 
 
 def _write(kept: PropertyGroup, value: float) -> None:
     block = _block(kept)
-    assert block is not None  # _require_writable has seen to it
+    assert block is not None  # _require_writable has checked it
     if not kept.node:
         block.energy = value
         return
     tree = compat.node_tree(block)
     node = tree.nodes[kept.node]
     socket = _strength_socket(node)
-    assert socket is not None  # _require_writable has seen to it
+    assert socket is not None  # _require_writable has checked it
     if not socket.is_linked:
         socket.default_value = value
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which materials, lights and worlds of the file the table names, and what has become of them since."""
+"""The materials, lights and worlds that the table names, and whether they were renamed or deleted since."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ POINTERS = {"material": "materials", "light": "lights", "world": "worlds"}
 
 @dataclass(frozen=True)
 class Fault:
-    """A row or column whose data-block is not what it was when it was chosen."""
+    """A row or column whose data-block was renamed, deleted or linked after it was chosen."""
 
     entry: PropertyGroup
     pointer: str
@@ -35,7 +35,7 @@ def bound(palette: PropertyGroup) -> Iterator[tuple[PropertyGroup, str, ID | Non
 
 
 def faults(palette: PropertyGroup) -> list[Fault]:
-    """What the artist should know before Apply; empty where all is well."""
+    """List the problems that the artist should know before Apply."""
     found = []
     for entry, pointer, block in bound(palette):
         known = getattr(entry, f"{pointer}_name")
@@ -61,7 +61,7 @@ def _is_unused(palette: PropertyGroup, block: ID) -> bool:
 
 
 def mend(palette: PropertyGroup) -> list[str]:
-    """Follow new names, find data-blocks by their old ones, let go of the rest; returns what was done, in words."""
+    """Follow new names, find data-blocks by their old names, and clear the rest; return a sentence for each change."""
     done = []
     for fault in faults(palette):
         entry, pointer = fault.entry, fault.pointer

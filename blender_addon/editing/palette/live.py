@@ -32,7 +32,7 @@ def _live_switched(palette: bpy.types.PropertyGroup) -> None:
 
 
 def _mode_changed(cell: bpy.types.PropertyGroup) -> None:
-    """A cell that refers to other cells begins with those that an artist most often means."""
+    """Give a cell that refers to other cells the references that artists choose most often."""
     with paused():
         fill_references(cell)
     hooks.announce(Topic.PALETTE, cell)
@@ -87,7 +87,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Follow no more, and forget what waits."""
+    """Stop following edits, and forget those that wait."""
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(*LISTENERS)

@@ -92,10 +92,10 @@ class PaletteState:
         by_light = (self.light_matrices(condition.variant) if matrices is None else matrices)[condition.observer]
         found = np.empty((len(self.reflectances), *by_light.shape[:2]))
         for i, values in enumerate(self.reflectances):
-            found[i] = by_light @ values if values is not None else self._given_colors(i, condition)
+            found[i] = by_light @ values if values is not None else self.given_colors(i, condition)
         return found
 
-    def _given_colors(self, i: int, condition: Condition) -> Array:
+    def given_colors(self, i: int, condition: Condition = FIRST) -> Array:
         """(L, 3) of a measured reflectance."""
         found = np.empty((len(self.lights), 3))
         for j, values in enumerate(self.lights):

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import COLOR_NORM, LAB_UNIT, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.qp.arrow import CAP, RIDGE
+from spectral_core.palette.qp.quadratic import FAR
 from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 
 Array = NDArray[np.float64]
-
-FAR = 1e30
 
 
 @dataclass(eq=False)
@@ -37,6 +36,16 @@ class PlainPalette:
     light_gram: Array
     metric: Array | None = None
     """(R, L, 3, 3): Jacobian of CIELAB at the targets; None for linear RGB."""
+
+    def __post_init__(self) -> None:
+        rows = len(self.weights)
+        self._weights3, self._targets3 = np.repeat(self.weights, 3, axis=1), self.targets.reshape(rows, -1)
+        self._alike = np.array([[np.array_equal(one, other) for other in self.weights] for one in self.weights])
+        n = len(self.surface_gram)
+        self._no_rows, self._no_sense = np.zeros((0, n)), np.zeros(n, dtype=np.int32)
+        self._measured: Array | None = None
+        # Where each reflectance was at the last call: daqp starts from there, and needs fewer steps.
+        self._last = np.zeros((rows, n))
 
     @classmethod
     def of(cls, assembler: Assembler, *, perceptual: bool = False) -> Self | None:
@@ -65,41 +74,68 @@ class PlainPalette:
 
     def objective(self, state: PaletteState) -> tuple[float, Array, PaletteState]:
         """φ, its gradient by all designed lights, and the state with the best reflectances."""
-        by_light = state.light_matrices()[0]
-        grams = np.matmul(by_light.transpose(0, 2, 1), by_light)
-        solved: dict[int, Array] = {}
-        total = 0.0
+        kernel, designed = state.kernel, list(self.lights)
+        lights = np.array([_known(state.lights[j]) for j in designed])
+        by_light = self._light_matrices(state, lights)
         n = by_light.shape[2]
         flat = by_light.reshape(-1, n)
-        hessian, before = None, None
+        surfaces = self._surfaces(by_light)
+        errors = surfaces @ flat.T - self._targets3
+        given = [i for i in range(len(surfaces)) if i not in self.reflectances]
+        for i in given:
+            errors[i] = state.given_colors(i).ravel() - self._targets3[i]
+        if self.metric is None:
+            forces = self._weights3 * errors
+        else:
+            shaped = errors.reshape(self.targets.shape)[..., None]
+            metric = self.metric
+            forces = (metric.swapaxes(-1, -2) @ (self.weights[..., None, None] * (metric @ shaped))).reshape(
+                errors.shape
+            )
+        own = surfaces[list(self.reflectances)]
+        pulled = lights @ self.light_gram
+        total = 0.5 * float(np.vdot(forces, errors) + np.vdot(own @ self.surface_gram, own) + np.vdot(pulled, lights))
+        # ∂F/∂l of every light at once: forces (L, 3R) on the color matrices (3R, n) of the surfaces.
+        by_surface = kernel.matrices(surfaces)[0]
+        for i in given:
+            by_surface[i] = _known(state.given.reflectances[i])[0]
+        pulls = forces.reshape(len(surfaces), -1, 3).transpose(1, 0, 2)[designed].reshape(len(designed), -1)
+        gradient = pulls @ by_surface.reshape(-1, n) + pulled
+        found = state.with_values("reflectances", {i: surfaces[i] for i in self.reflectances})
+        return total, gradient.ravel(), found
+
+    def _light_matrices(self, state: PaletteState, lights: Array) -> Array:
+        """(L, 3, n), those of measured lights computed once."""
+        designed = state.kernel.matrices(lights)[0]
+        if len(lights) == len(state.lights):
+            return designed
+        if self._measured is None:
+            self._measured = state.light_matrices()[0]
+        found = self._measured.copy()
+        found[list(self.lights)] = designed
+        return found
+
+    def _surfaces(self, by_light: Array) -> Array:
+        """(R, n): the best reflectance for each row of targets; 0 for measured ones."""
+        flat = by_light.reshape(-1, by_light.shape[2])
+        found = np.zeros((len(self.targets), flat.shape[1]))
+        if self.metric is not None:
+            # Every cell has a metric of its own, so that no two reflectances share their curvature.
+            for i in self.reflectances:
+                rows = (self.metric[i] @ by_light).reshape(flat.shape)
+                weighted = rows.T * self._weights3[i]
+                wanted = (self.metric[i] @ self.targets[i][..., None]).ravel()
+                hessian = self._ridged(weighted @ rows + self.surface_gram)
+                found[i] = self._reflectance(i, hessian, -(weighted @ wanted))
+            return found
+        pulls = -(self._weights3 * self._targets3) @ flat
+        before = None
         for i in self.reflectances:
-            wanted = self.targets[i]
-            if self.metric is not None:
-                # Every cell has a metric of its own, so that no two reflectances share their curvature.
-                flat = (self.metric[i] @ by_light).reshape(-1, n)
-                wanted = (self.metric[i] @ wanted[..., None])[..., 0]
-                hessian = self._ridged((flat.T * np.repeat(self.weights[i], 3)) @ flat + self.surface_gram)
-            elif hessian is None or before is None or not np.array_equal(before, self.weights[i]):
-                before = self.weights[i]
-                hessian = self._ridged(np.tensordot(before, grams, axes=1) + self.surface_gram)
-            linear = -(self.weights[i][:, None] * wanted).ravel() @ flat
-            solved[i] = self._reflectance(hessian, linear)
-            total += 0.5 * float(solved[i] @ self.surface_gram @ solved[i])
-        state = state.with_values("reflectances", solved)
-        by_surface = state.reflectance_matrices[0]
-        colors = state.colors(matrices=by_light[None])
-        errors = colors - self.targets
-        if self.metric is not None:
-            errors = (self.metric @ errors[..., None])[..., 0]
-        total += 0.5 * float(np.sum(self.weights[..., None] * errors**2))
-        forces = self.weights[..., None] * errors
-        if self.metric is not None:
-            forces = (self.metric.swapaxes(-1, -2) @ forces[..., None])[..., 0]
-        values = np.stack([_known(state.lights[j]) for j in self.lights])
-        gradient = np.einsum("rlc,rcn->ln", forces[:, list(self.lights)], by_surface, optimize=True)
-        pulled = values @ self.light_gram
-        total += 0.5 * float(np.sum(pulled * values))
-        return total, (gradient + pulled).ravel(), state
+            if before is None or not self._alike[i, before]:
+                hessian = self._ridged((flat.T * self._weights3[i]) @ flat + self.surface_gram)
+                before = i
+            found[i] = self._reflectance(i, hessian, pulls[i])
+        return found
 
     @staticmethod
     def _ridged(hessian: Array) -> Array:
@@ -107,13 +143,18 @@ class PlainPalette:
         hessian[index, index] += RIDGE * max(float(np.trace(hessian)) / len(hessian), 1e-12)
         return hessian
 
-    def _reflectance(self, hessian: Array, linear: Array) -> Array:
+    def _reflectance(self, i: int, hessian: Array, linear: Array) -> Array:
         import daqp
 
-        n = linear.size
         low, high = self.bounds
-        x, _, _, _ = daqp.solve(hessian, linear, np.zeros((0, n)), high, low, np.zeros(n, dtype=np.int32))
-        return np.clip(np.asarray(x), low, high)
+        rows, sense = self._no_rows, self._no_sense
+        x, _, flag, _ = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=self._last[i])
+        if flag <= 0 or not np.isfinite(x).all():
+            # A start that lies badly for this light; from nothing daqp has no such trouble.
+            x, _, _, _ = daqp.solve(hessian, linear, rows, high, low, sense)
+        if np.isfinite(x).all():
+            self._last[i] = np.minimum(np.maximum(x, low), high)
+        return self._last[i]
 
 
 def _known(values: Array | None) -> Array:

@@ -11,7 +11,8 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.design.lights import designed_lights, outer_side
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
-from spectral_core.palette.qp.engine import Engine, softened
+from spectral_core.palette.qp.elastic import softened
+from spectral_core.palette.qp.engine import Engine
 
 LEAD = 3
 """Rounds before variable projection, and rounds in linear RGB before CIELAB is linearized."""

@@ -52,6 +52,8 @@ class ActiveSet:
         self.multipliers: list[Array] = [np.zeros(0)] * count
         """Of the border rows of each block, at the last solution."""
         self.steps = 0
+        self.goal = self.x
+        """The last solution with bounds held, whether or not it kept them."""
 
     def begin(self, x: Array, free: Mask) -> None:
         """Take a start: values, and which unknowns are off their bounds."""
@@ -180,6 +182,7 @@ class ActiveSet:
             values, gradient = self.solved()
             if fine:
                 values, gradient = self._refined(values)
+            self.goal = values
             below = self.free & (values < self.lower - SLACK * (1 + np.abs(self.lower)))
             above = self.free & (values > self.upper + SLACK * (1 + np.abs(self.upper)))
             at_lower = self.x <= self.lower

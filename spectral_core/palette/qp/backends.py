@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.arrow import Arrow, Spectrum
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.quadratic import FAR, Block, Quadratic
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-FAR = 1e30
-"""Stands for infinity where a solver wants a number."""
 STIFFEST = 1e8
 """Largest weight, relative to the median, that daqp is given: its normal equations lose digits past that."""
 EQUAL = 5
@@ -26,10 +24,23 @@ REACHED = 1e-7
 """Linear RGB within which exact rows count as possible together."""
 
 
-def lone_spectrum(spectrum: Spectrum, lower: Array, upper: Array, colors: Array) -> tuple[Array, Mask] | None:
+def lone_spectrum(
+    spectrum: Spectrum, lower: Array, upper: Array, colors: Array, start: Array | None = None
+) -> tuple[Array, Mask] | None:
     """One spectrum at given free colors, by daqp, and which samples are off their bounds; None where it gives up.
 
     Where exact rows are many or heavy rows hold it, the answer is a guess of the active bounds more than an optimum.
+
+    Parameters
+    ----------
+    spectrum
+        Rows and roughness in squares.
+    lower, upper
+        Bounds, (n,).
+    colors
+        The free colors, (q,).
+    start
+        Values near the answer, (n,): those at bounds are tried there first.
     """
     import daqp
 
@@ -47,7 +58,10 @@ def lone_spectrum(spectrum: Spectrum, lower: Array, upper: Array, colors: Array)
     sense[size:] = EQUAL
     if len(equal):
         high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
-    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_tol=1e-11, dual_tol=1e-12)
+    tolerances = {"primal_tol": 1e-11, "dual_tol": 1e-12}
+    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=start, **tolerances)
+    if start is not None and (flag <= 0 or not np.all(np.isfinite(x))):
+        x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, **tolerances)
     if flag <= 0 or not np.all(np.isfinite(x)):
         return None
     multipliers = np.asarray(info["lam"])[:size]

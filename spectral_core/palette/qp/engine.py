@@ -1,41 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine of a palette's side: three gears on one factorization, and a check that decides.
+"""The engine of a palette's side: four gears on one factorization, and a check that decides.
 
-From an earlier answer: primal-dual active set, else the parametric walk. Cold: daqp where no spectrum depends on
-another, else the interior point, and the active set from its guess. Whatever comes out is checked (``optimality``).
-Where no gear passes, piqp is asked; where exact rows cannot hold together, they are weighed heavily instead and the
-answer says so.
+From an earlier answer: primal-dual active set, else Newton in the free colors, else the parametric walk. Cold: daqp
+where no spectrum depends on another, else the interior point, and the active set from its guess. Whatever comes out is
+checked (``optimality``). Where no gear passes, piqp is asked; where exact rows cannot hold together, they are weighed
+heavily instead and the answer says so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.active_set import ActiveSet
-from spectral_core.palette.qp.arrow import Arrow, median_weight
-from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, lone_spectrum, nearest_miss
+from spectral_core.palette.qp.arrow import Arrow
+from spectral_core.palette.qp.backends import REACHED, by_piqp, lone_spectra, nearest_miss
+from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.feasibility import can_hold
 from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import FAILED, PERFECT, Check, checked
 from spectral_core.palette.qp.quadratic import Quadratic
+from spectral_core.palette.qp.reduced import DENSE_LIMIT, guided
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-DENSE_LIMIT = 200
-"""Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
-ELASTIC = 1e4
-"""Weight, relative to the median, of exact rows that cannot hold together."""
 SHARP, FINE_STEPS = 1e-8, 12
 """KKT residual past which an answer is refined, and the active-set steps that this may take."""
-LEAST_ELASTIC = 1e-2
-"""Squared weight, relative to the median, that an exact row has at least among other exact ones."""
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
+STRAIN, ROUNDING = 1e3, 1e-5
+"""Multiplier of an exact row from which an answer may be strained, and its share that is compared with the objective:
+a slack of 1e-11, which no check can tell from 0, then buys a millionth of the objective."""
 NEAR = 1e-7
 """Distance to a bound at which an interior answer is taken to lie on it."""
 
@@ -88,7 +86,17 @@ class Engine:
             if answer is None:
                 self._conflict = False
                 answer = self._solve(problem, changed)
+            if _strained(problem, answer):
+                answer = self._with_slack(problem, answer)
         return replace(answer, infeasible=True) if self._impossible else answer
+
+    def _with_slack(self, problem: Quadratic, answer: Answer) -> Answer:
+        """piqp's answer, where its slack, within what the check allows, buys a lower objective."""
+        other = self._from_piqp(problem)
+        if other is None or not other.check.passed:
+            return answer
+        costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
+        return other if costs[0] < costs[1] else answer
 
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
         """The elastic answer to a problem like one whose exact rows conflicted; None where they may hold now."""
@@ -137,7 +145,7 @@ class Engine:
             begin, free = active.x.copy(), active.free.copy()
         active.steps = 0
         try:
-            arrived = active.settle() or self._guided(active, begin, free, changed)
+            arrived = active.settle() or guided(active, begin, free, changed)
         except np.linalg.LinAlgError:
             return None
         self.steps = active.steps
@@ -146,24 +154,6 @@ class Engine:
         answer = self._read(problem, active, "active set")
         sharp = answer.check.passed and answer.check.kkt <= SHARP
         return answer if sharp else self._finer(problem, active, "active set", answer)
-
-    @staticmethod
-    def _guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
-        """The walk, with the changed spectra brought to their optimum at the old free colors first.
-
-        Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
-        is short: daqp takes the hundred bends of one spectrum in the time of a few steps.
-        """
-        arrow = active.arrow
-        begin, free = begin.copy(), free.copy()
-        for k in range(len(arrow.spectra)) if changed is None else changed:
-            at = slice(active.offsets[k], active.offsets[k + 1])
-            if at.stop - at.start < DENSE_LIMIT:
-                found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], begin[: active.colors])
-                if found is not None:
-                    begin[at], free[at] = found
-        active.begin(begin, free)
-        return active.settle() or active.walk(begin, free)
 
     def _cold(self, problem: Quadratic) -> Answer:
         """From nothing."""
@@ -202,10 +192,10 @@ class Engine:
         free = (x > low + NEAR) & (x < high - NEAR)
         raw = np.where(x <= low + NEAR, low, np.where(x >= high - NEAR, high, x))
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
-        if sharp is not None and sharp.check.passed:
+        if sharp is not None and sharp.check.passed and not _strained(problem, sharp):
             return sharp
-        forces = problem.forces(x, multipliers)
-        return _answer(problem, x, forces, "piqp")
+        rough = _answer(problem, x, problem.forces(x, multipliers), "piqp")
+        return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
         active = ActiveSet(arrow)
@@ -249,27 +239,23 @@ class Engine:
         return replace(answer, infeasible=True)
 
 
-def softened(problem: Quadratic, which: Collection[int] | None = None, *, everything: bool = False) -> Quadratic:
-    """The problem with the exact rows of cells, in all blocks or in some, as heavy ones.
-
-    Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
-    unless ``everything`` is to be soft.
-    """
-    unit = median_weight(problem)[0]
-    blocks = list(problem.blocks)
-    for k in range(len(blocks)) if which is None else which:
-        block = blocks[k]
-        soft = block.exact.copy()
-        if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
-            soft[3 * len(block.keys) :] = False
-        among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
-        blocks[k] = replace(block, weights=np.where(soft, ELASTIC * unit * among, block.weights))
-    return replace(problem, blocks=tuple(blocks))
-
-
 def solve(problem: Quadratic) -> Answer:
     """Solve one problem by itself."""
     return Engine().solve(problem)
+
+
+def _strained(problem: Quadratic, answer: Answer) -> bool:
+    """Whether exact rows pull so hard that rounding in them shows in the objective (rows that nearly depend)."""
+    hardest = max(
+        (
+            float(np.abs(force[block.exact]).max(initial=0.0))
+            for block, force in zip(problem.blocks, answer.forces, strict=True)
+        ),
+        default=0.0,
+    )
+    if not hardest > STRAIN:
+        return False
+    return hardest * ROUNDING > problem.objective(problem.joined(answer.colors, answer.values))
 
 
 def _answer(problem: Quadratic, x: Array, forces: list[Array], engine: str) -> Answer:

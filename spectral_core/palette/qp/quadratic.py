@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 DIM = 1e-7
 """Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
 
+FAR = 1e30
+"""Stands for infinity where a solver wants a number."""
+
 RowKey = tuple[int, tuple[int, int]]
 """(condition, cell) from which three rows come."""
 
@@ -139,7 +142,7 @@ class Quadratic:
         return np.concatenate([colors.ravel(), *values])
 
     def best_colors(self, values: Sequence[Array]) -> Array:
-        """Free colors (G, 3) that are best for given spectra: the weighted mean of each group, held in its box."""
+        """Free colors (G, 3) that are best for given spectra: the weighted mean of each group, within its box."""
         count = self.color_lower.size
         if not count:
             return np.zeros((0, 3))
@@ -154,8 +157,13 @@ class Quadratic:
             linear = linear + tied @ (block.rows @ value - block.targets)
         index = np.arange(count)
         hessian[index, index] += 1e-300 + 1e-15 * np.diagonal(hessian)
+        low, high = self.color_lower.ravel(), self.color_upper.ravel()
         colors = np.linalg.solve(hessian, linear)
-        return np.clip(colors, self.color_lower.ravel(), self.color_upper.ravel()).reshape(-1, 3)
+        clipped = np.clip(colors, low, high)
+        if np.any(clipped != colors) and np.any(hessian != np.diag(np.diagonal(hessian))):
+            # Under a metric the channels depend on each other: the nearest point of the box is not the clipped one.
+            clipped = _least_in_box(hessian, linear, low, high, clipped)
+        return clipped.reshape(-1, 3)
 
     def forces(self, x: Array, equality_forces: Sequence[Array] | None = None) -> list[Array]:
         """Multiplier of each row of each block, (m,): weight × what is left, or as given where a row is exact."""
@@ -220,6 +228,25 @@ class Quadratic:
         if not parts:
             return sparse.csr_matrix((0, self.size)), np.zeros(0)
         return sparse.vstack(parts, format="csr"), np.concatenate(right)
+
+
+def _least_in_box(hessian: Array, linear: Array, low: Array, high: Array, fallback: Array) -> Array:
+    """The minimum of ½ xᵀHx − linear·x within a box; ``fallback`` also holds the values where the box is a point."""
+    import daqp
+
+    open_ended = low < high
+    held = np.where(open_ended, 0.0, low)
+    inner = np.ascontiguousarray(hessian[open_ended][:, open_ended])
+    right = (linear - hessian @ held)[open_ended]
+    size = max(float(np.diagonal(inner).max(initial=0.0)), 1e-300)
+    ends = np.minimum(high[open_ended], FAR), np.maximum(low[open_ended], -FAR)
+    sense = np.zeros(len(inner), dtype=np.int32)
+    found, _, flag, _ = daqp.solve(inner / size, -right / size, np.zeros((0, len(inner))), *ends, sense)
+    if flag <= 0 or not np.all(np.isfinite(found)):
+        return fallback
+    best = held.copy()
+    best[open_ended] = np.clip(found, low[open_ended], high[open_ended])
+    return best
 
 
 def _wide(matrix: Array, start: int, width: int) -> sparse.csr_matrix:

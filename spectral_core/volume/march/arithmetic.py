@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the march does many times per iteration, as cheaply as it may be done.
+"""Arithmetic that the march does many times per iteration, in as few instructions as possible.
 
-Dr.Jit's own minimum and maximum hold to IEEE's rules for NaN, for which x86 has no instruction, so each takes several
+Dr.Jit's own minimum and maximum follow the IEEE rules for NaN, for which x86 has no instruction. Each takes several
 times as long as these, and an iteration has thirty. Where either argument is NaN the second is returned.
 """
 
@@ -27,12 +27,12 @@ def smaller(a: Any, b: Any) -> Any:
 
 
 def bounded(value: Any, low: Any, high: Any) -> Any:
-    """``value`` taken into [low, high]."""
+    """``value`` clamped to [low, high]."""
     return smaller(larger(value, low), high)
 
 
 def step_growth(types: Any, transmittance: Any) -> Any:
-    """How much longer steps may be where so little light is left: T^(-5/16), to 5 %, of positive numbers.
+    """Factor by which steps may grow at a positive transmittance T: T^(-5/16), with an error of up to 5 %.
 
     A float32's bits are nearly its logarithm, so the power is two shifts of them.
     """
@@ -42,9 +42,9 @@ def step_growth(types: Any, transmittance: Any) -> Any:
     return dr.reinterpret_array(types.Float, _OFFSET - ((bits >> 2) + (bits >> 4)))
 
 
-def mean_attenuation(depth: Any, passed: Any) -> Any:
-    """(1 - e^-τ)/τ of an optical depth and its e^-τ; by the series where it is small, down to no extinction."""
+def mean_attenuation(depth: Any, transmittance: Any) -> Any:
+    """(1 - e^-τ)/τ of an optical depth τ and its transmittance e^-τ; by a series where τ is small or zero."""
     import drjit as dr
 
     series = 1.0 - depth * (0.5 - depth / 6.0)
-    return dr.select(depth > 1e-2, (1.0 - passed) / larger(depth, 1e-2), series)
+    return dr.select(depth > 1e-2, (1.0 - transmittance) / larger(depth, 1e-2), series)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The word of a brick: all that an iteration of the march reads of the brick that a ray stands in, in 32 bits.
+"""The word of a brick: everything that an iteration of the march reads about the brick in which a ray is, in 32 bits.
 
 A brick that shows something holds a positive float32: its relative step in voxels. For a rule that passes over values
-which show nothing, the lower 16 bits hold the upper half of another float32: the *pace*, how many voxels a ray goes at
-least while the stored value changes by one. Values that are far from all that shows are thus passed in few steps, as
-in sphere tracing (Hart 1996), however fine the brick's own step is.
+that show nothing, the lower 16 bits hold the upper half of another float32: the *pace*, the least number of voxels
+along a ray over which the stored value can change by one. Values far from every visible value are thus passed in few
+steps, as in sphere tracing (Hart 1996), however fine the brick's own step is.
 
-A brick that shows nothing has the sign bit set and, in three bits for each octant of ray directions, a level: how large
-a cube of bricks ahead is empty too (``REACHES``). So a ray leaves a surface in one skip although the surface is near
-behind it.
+A brick that shows nothing has the sign bit set and, in three bits for each octant of ray directions, a level: the size
+of the cube of bricks ahead that is empty too (``REACHES``). So a ray leaves a surface in one skip although the surface
+is close behind it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _EMPTY = np.uint32(1 << 31)
 
 @dataclass(frozen=True)
 class BrickWord:
-    """A word on the device, read: ``bits`` is an unsigned Dr.Jit array, ``types`` its module."""
+    """A word on the device, decoded: ``bits`` is an unsigned Dr.Jit array, ``types`` its module."""
 
     bits: Any
     types: Any
@@ -39,7 +39,7 @@ class BrickWord:
         """Words of bricks: ``steps`` (and ``paces``) where ``shows``, the words of ``empty`` elsewhere."""
         words = steps.view(np.uint32)
         if paces is not None:
-            # A float32's upper half is not above the value and at most 1/128 under it: a pace is never overstated.
+            # The upper half of a float32 is at most 1/128 below the value, never above: a pace is never too large.
             words = (words & np.uint32(0xFFFF0000)) | (paces.view(np.uint32) >> np.uint32(16))
         return np.where(shows, words, empty)
 
@@ -91,7 +91,7 @@ class BrickWord:
 
     @property
     def pace(self) -> Any:
-        """Voxels that a ray goes at least in this brick while the stored value changes by one."""
+        """Least number of voxels along a ray in this brick over which the stored value changes by one."""
         import drjit as dr
 
         return dr.reinterpret_array(self.types.Float, self.bits << 16)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is known of a field per brick, whatever the transfer function: range, slope and bend.
+"""Statistics of a field per brick, independent of the transfer function: range, slope and second difference.
 
-A brick of edge B holds the cells between voxel centres [bB, (b+1)B] on each axis, so it is decided by B + 1 voxels
+A brick of edge B holds the cells between voxel centers [bB, (b+1)B] on each axis, so it is decided by B + 1 voxels
 per axis; the outer half voxel of the field belongs to the outermost bricks. ``edge`` 1 with ``centered`` makes one
-brick per voxel around its centre instead, as the thesis' volume of filtered gradient magnitudes is.
+brick per voxel around its center instead, as the thesis' volume of filtered gradient magnitudes is.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class BrickStatistics:
     """Per brick, arrays of shape (bz, by, bx): x last, as the renderer reads them.
 
     ``low`` and ``high`` bound the field in the brick, ``slope`` bounds its gradient magnitude in data units per
-    voxel, ``bend`` is the greatest second difference along an axis, data units per voxel².
+    voxel, ``second_difference`` is the greatest second difference along an axis, data units per voxel².
     """
 
     edge: int
@@ -32,7 +32,7 @@ class BrickStatistics:
     low: Array
     high: Array
     slope: Array
-    bend: Array
+    second_difference: Array
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -47,13 +47,14 @@ def brick_statistics(volume: ScalarVolume, edge: int) -> BrickStatistics:
     layers = _brick_count(data.shape[0], edge)
     per_slab = max(1, (1 << 24) // (edge * data.shape[1] * data.shape[2]))
     slabs = [_slab(data, edge, first, min(first + per_slab, layers)) for first in range(0, layers, per_slab)]
-    low, high, slope, bend = (np.concatenate(parts) for parts in zip(*slabs, strict=True))
-    return BrickStatistics(edge, False, low, high, slope, bend)
+    low, high, slope, second_difference = (np.concatenate(parts) for parts in zip(*slabs, strict=True))
+    return BrickStatistics(edge, False, low, high, slope, second_difference)
 
 
 def voxel_statistics(volume: ScalarVolume, window: int) -> BrickStatistics:
     """One brick per voxel: range of the cells around it, and the greatest central-difference gradient magnitude
-    within ``window`` voxels, the thesis' rank filter (section 4.2). ``bend`` stays zero; that rule has no use for it.
+    within ``window`` voxels, the thesis' rank filter (section 4.2). ``second_difference`` is zero, because
+    the rule does not use it.
     """
     from scipy import ndimage
 
@@ -81,16 +82,16 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     # One voxel more on either side, where there is one, for the second differences at the slab's faces.
     before, after = max(start - 1, 0), min(stop + 1, depth)
     padded: NDArray[Any] = data[before:after].astype(wide, copy=False)
-    bends = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
-    bend = _reduce(np.maximum(np.maximum(bends[0], bends[1]), bends[2]), edge, np.maximum)
-    slope = np.zeros(bend.shape, np.float32)
+    along_axes = [_second_difference(padded, axis)[start - before : stop - before] for axis in range(3)]
+    second_difference = _reduce(np.maximum.reduce(along_axes), edge, np.maximum)
+    slope = np.zeros(second_difference.shape, np.float32)
     inner = padded[start - before : stop - before]
     for axis in range(3):
         if inner.shape[axis] > 1:
             rise = np.abs(np.diff(inner, axis=axis))
             slope = np.hypot(slope, _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32))
     low, high = _single(_reduce(part, edge, np.minimum), -np.inf), _single(_reduce(part, edge, np.maximum), np.inf)
-    return low, high, slope, bend.astype(np.float32)
+    return low, high, slope, second_difference.astype(np.float32)
 
 
 def _single(bound: NDArray[Any], outward: float) -> Array:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A field's voxels where the march reads them: Dr.Jit arrays of one back end.
+"""A field's voxels as the march reads them: Dr.Jit arrays of one back end.
 
 ``types`` is a Dr.Jit array module: ``drjit.llvm`` or ``drjit.cuda``, or their ``.ad`` forms (Mitsuba's variants). All
-sizes are opaque variables, so a march is compiled once and serves every field.
+sizes are opaque variables, so that one compiled march serves every field.
 """
 
 from __future__ import annotations
@@ -91,7 +91,8 @@ class DeviceVolume:
 
 def _stored_units(low: float, high: float) -> tuple[float, float]:
     """(base, unit) so that (f - base) / unit is at most 1 and loses as little in float32 as can be."""
-    # Data that lie closer together than they are far from 0 would lose their differences: these count from the least.
+    # Data whose range is smaller than their distance from 0 would lose their differences in float32, so they count from
+    # the least value.
     is_far = low * high > 0 and min(abs(low), abs(high)) > high - low
     base = low if is_far else 0.0
     greatest = max(abs(low - base), abs(high - base))

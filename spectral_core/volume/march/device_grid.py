@@ -13,9 +13,9 @@ from spectral_core.volume.march.brick_word import BrickWord
 from spectral_core.volume.march.device import opaque, opaque_vector
 from spectral_core.volume.march.rules import StepGrid
 
-_PARALLEL = 1e-4  # of a unit direction: a ray as flat as this meets no face along that axis
+_PARALLEL = 1e-4  # component of a unit direction: below it, the ray is taken to cross no face along that axis
 _NEVER = 1e9
-BEYOND = 1e-3  # voxels that a ray looks ahead, so that it stands in one brick and not between two
+BEYOND = 1e-3  # voxels by which a lookup is ahead of the ray, so that it never falls on a face between two bricks
 
 
 class DeviceGrid:
@@ -35,8 +35,8 @@ class DeviceGrid:
 
 
 @dataclass(frozen=True)
-class BrickPlace:
-    """Where a ray stands: the brick's ``word``, and ``brick`` and ``point`` in brick coordinates (Array3f)."""
+class BrickLookup:
+    """The brick in which a ray is: its ``word``, and ``brick`` and ``point`` in brick coordinates (Array3f)."""
 
     word: BrickWord
     brick: Any
@@ -44,7 +44,7 @@ class BrickPlace:
 
 
 class BrickLine:
-    """A ray through a grid, with all that stays the same along it made ready.
+    """A ray through a grid, with everything that is constant along it computed once.
 
     ``origin``, unit ``direction`` and its ``inverse`` (large where it is zero) are Array3f in index space.
     """
@@ -63,8 +63,8 @@ class BrickLine:
         bits = dr.select(direction < 0, types.Array3u(3, 6, 12), types.Array3u(0))
         self.octant_shift = bits.x + bits.y + bits.z
 
-    def look(self, distance: Any, active: Any = True) -> BrickPlace:
-        """The brick ``distance`` voxels along, and a little further."""
+    def lookup(self, distance: Any, active: Any = True) -> BrickLookup:
+        """Read the brick that is ``distance`` voxels along the ray, and ``BEYOND`` further."""
         import drjit as dr
 
         types, grid = self.grid.types, self.grid
@@ -72,16 +72,16 @@ class BrickLine:
         brick = bounded(dr.floor(point), 0.0, grid.last)
         b = types.Array3u(brick)
         index = b.x + b.y * grid.strides[0] + b.z * grid.strides[1]
-        return BrickPlace(BrickWord(dr.gather(types.UInt32, grid.words, index, active), types), brick, point)
+        return BrickLookup(BrickWord(dr.gather(types.UInt32, grid.words, index, active), types), brick, point)
 
-    def skip(self, place: BrickPlace) -> Any:
-        """Voxels from ``look``'s distance to just past the empty cube of bricks ahead; past this brick if it shows
+    def skip(self, found: BrickLookup) -> Any:
+        """Voxels from ``lookup``'s distance to just past the empty cube of bricks ahead; past this brick if it shows
         something. Never less than 0.002.
         """
         import drjit as dr
 
-        face = dr.fma(self.side, place.word.reach(self.octant_shift), place.brick + self.base)
-        along = (face - place.point) * self.reach
-        # Negative: in the outer half voxel and on the way out.
+        face = dr.fma(self.side, found.word.reach(self.octant_shift), found.brick + self.base)
+        along = (face - found.point) * self.reach
+        # Negative along an axis: the point is in the outer half voxel and the ray leaves the grid there.
         ahead = dr.select(along >= 0, along, _NEVER)
         return smaller(smaller(ahead.x, ahead.y), smaller(ahead.z, _NEVER)) + 2.0 * BEYOND

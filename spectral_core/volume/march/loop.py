@@ -6,8 +6,8 @@ Light that reaches the eye from a step of world length h, behind a transmittance
     T · j_k · ∫₀ʰ e^(-σs) ds  =  T · j_k · h · (1 - e^(-σh)) / (σh)
 
 with the source j_k and the total extinction σ constant in the step. It is j_k·h where there is no extinction (X-ray)
-and exact for a homogeneous step. An iteration looks up the brick that each field's ray stands in, agrees on a skip and
-a step, composites what the fields show in it, and moves on.
+and exact for a homogeneous step. An iteration looks up, for each field, the brick in which the ray is. It then chooses
+one skip and one step for all fields, and composites the light and the extinction of the step.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from typing import Any
 
 from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
 from spectral_core.volume.march.path import FieldPath, Path
-from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Seen, Step, quadrature_of
+from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Step, StepOptics, quadrature_of
 
 
 @dataclass(frozen=True)
 class Shown:
-    """What a step shows: ``source`` per material (all fields'), the ``gain`` that weighs it, and the world distance."""
+    """Light of one step: ``source`` per material of all fields, the ``gain`` that weighs it, and the world distance."""
 
     source: list[Any]
     gain: Any
@@ -31,26 +31,26 @@ class Shown:
 
 
 Shade = Callable[[Any, Any, Shown], tuple[Any, Any]]
-"""(light so far, sampler, what a step shows) -> (light, sampler)."""
+"""(light so far, sampler, light of the step) -> (light, sampler)."""
 
 
 @dataclass
 class MarchState:
-    """The loop's state: what an iteration reads and the next one finds.
+    """State of the loop: each iteration reads it and returns the next one.
 
-    Counts and light are None where nobody asked for them.
+    Counts and light are None unless the caller asked for them.
     """
 
     t: Any
-    """How far the ray has come, as the path counts it."""
+    """Distance along the path, in the units of ``Path``."""
     transmittance: Any
-    """Share of light from here that reaches the eye."""
+    """Share of the light emitted at ``t`` that reaches the camera."""
     amounts: list[Any]
     """Per material, the light collected so far at color 1."""
     fields: list[Any]
     """Each field's own state, as its quadrature defines it."""
     samples: Any = None
-    """Steps that showed something."""
+    """Steps with a source above zero."""
     steps: Any = None
     """Iterations."""
     light: Any = None
@@ -61,7 +61,7 @@ class MarchState:
 
 @dataclass(frozen=True)
 class Marched:
-    """What the rays brought back: ``amounts`` per material, ``transmittance``, and what was asked for beside them."""
+    """Result of a march: ``amounts`` per material, ``transmittance``, and the counts and light that were asked for."""
 
     amounts: list[Any]
     transmittance: Any
@@ -80,13 +80,13 @@ def march(
     path
         Rays through one field or several.
     counts : bool
-        Also count the steps that showed something, and all iterations.
+        Also count the steps of non-zero opacity or emission, and all iterations.
     shade
-        Turns what each step shows into light.
+        Converts the light of each step at color 1 into shaded light.
     light
-        What ``shade`` starts from.
+        Initial value of the light that ``shade`` adds to.
     sampler
-        Where ``shade`` draws random numbers from.
+        Source of random numbers for ``shade``.
     """
     import drjit as dr
 
@@ -122,25 +122,27 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
 
     aheads = [_look_ahead(field, now.t, now.transmittance) for field in path.fields]
     step = _agree(path, marches, aheads, now)
-    seen = [
-        each.see(field, ahead, state, step)
+    optics = [
+        each.evaluate(field, ahead, state, step)
         for each, field, ahead, state in zip(marches, path.fields, aheads, now.fields, strict=True)
     ]
-    missed = _any_missed(seen)
+    missed = _any_missed(optics)
     end = step.end if missed is None else dr.select(missed, now.t, step.end)
-    # What float32 really added: steps much shorter than t are rounded, always the same way over many of them.
+    # The width that float32 really added: a step much shorter than t is rounded, and many steps in the same direction.
     width = step.end - step.begin if missed is None else dr.select(missed, 0.0, step.end - step.begin)
     length = width * path.world
 
-    source = [each for part in seen for each in part.source]
-    depth = sum((part.extinction for part in seen[1:]), seen[0].extinction) * length
-    passed = dr.exp(-depth)
-    gain = now.transmittance * length * mean_attenuation(depth, passed)
+    source = [each for part in optics for each in part.source]
+    depth = sum((part.extinction for part in optics[1:]), optics[0].extinction) * length
+    step_transmittance = dr.exp(-depth)
+    gain = now.transmittance * length * mean_attenuation(depth, step_transmittance)
     after = MarchState(
         t=end,
-        transmittance=now.transmittance * passed,
+        transmittance=now.transmittance * step_transmittance,
         amounts=[dr.fma(gain, each, amount) for each, amount in zip(source, now.amounts, strict=True)],
-        fields=[each.settled(state, part, missed) for each, state, part in zip(marches, now.fields, seen, strict=True)],
+        fields=[
+            each.settled(state, part, missed) for each, state, part in zip(marches, now.fields, optics, strict=True)
+        ],
         light=now.light,
         sampler=now.sampler,
     )
@@ -156,24 +158,24 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
 
 
 def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
-    """The brick that the ray stands in: whether it shows something, the rule's step, and the way out."""
+    """Read the brick in which the ray is: whether it shows something, the rule's step, and the distance to its end."""
     import drjit as dr
 
     data, local, inside = field.data, field.local(t), field.inside(t)
-    place = field.rays.line.look(local, inside)
-    word = place.word
+    found = field.rays.line.lookup(local, inside)
+    word = found.word
     steps = word.shows & inside
     planned = dr.select(steps, word.step, data.grid.first) * data.scale
     if data.adapts:
-        # Light from further on counts less and less: an error there may be larger.
+        # The light behind is attenuated by T, so the same error of the picture allows longer steps there.
         planned *= step_growth(data.volume.types, transmittance)
     planned = bounded(planned, data.shortest_step, data.grid.longest)
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)
-    leap = field.rays.line.skip(place)
+    skip = field.rays.line.skip(found)
     if field.begin is not None:
-        leap = dr.select(inside, leap, field.until_entry(t) / field.voxel)
-    return Ahead(steps, planned, leap, word.pace if data.adapts else None)
+        skip = dr.select(inside, skip, field.until_entry(t) / field.voxel)
+    return Ahead(steps, planned, skip, word.pace if data.adapts else None)
 
 
 def _agree(path: Path, marches: list[FieldMarch], aheads: list[Ahead], now: MarchState) -> Step:
@@ -181,7 +183,7 @@ def _agree(path: Path, marches: list[FieldMarch], aheads: list[Ahead], now: Marc
     parts = list(zip(marches, path.fields, aheads, now.fields, strict=True))
     skips = [field.along(each.skip(ahead, state)) for each, field, ahead, state in parts]
     begin = smaller(now.t + _least(skips), path.length)
-    # A field on its own skips as far as it can: nothing of it is left.
+    # A single field always takes its whole skip, so no rest is left.
     rests = [(skip - (begin - now.t)) / field.voxel if path.is_shared else None
              for skip, field in zip(skips, path.fields, strict=True)]  # fmt: skip
     steps = [
@@ -192,21 +194,21 @@ def _agree(path: Path, marches: list[FieldMarch], aheads: list[Ahead], now: Marc
         steps += [_until_border(field, begin) for field in path.fields]
     end = begin + smaller(_least(steps), path.length - begin)
     if path.is_shared:
-        # A step too short for float32 to show in a common t would never end.
+        # A step below the resolution of float32 would leave t unchanged, and the loop would never end.
         end = larger(end, now.t * (1.0 + 3e-7))
     return Step(now.t, begin, end)
 
 
 def _until_border(field: FieldPath, t: Any) -> Any:
-    """Units of t to the field's entry or exit, whichever is next: a step never reaches across either."""
+    """Units of t to the next entry or exit of the field: no step crosses either."""
     import drjit as dr
 
     left = field.along(field.rays.length - field.local(t))
     return dr.select(field.inside(t), left, field.until_entry(t))
 
 
-def _any_missed(seen: list[Seen]) -> Any:
-    missed = [part.missed for part in seen if part.missed is not None]
+def _any_missed(optics: list[StepOptics]) -> Any:
+    missed = [part.missed for part in optics if part.missed is not None]
     if not missed:
         return None
     either = missed[0]

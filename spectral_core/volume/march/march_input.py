@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a march reads: rays in index space, and a field with the tables of one rule and transfer function."""
+"""Input of a march: rays in index space, and a field with the tables of one rule and transfer function."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
 
 @dataclass(frozen=True)
 class Limits:
-    """Where a march gives up exactness for time.
+    """Limits at which a march trades exactness for time.
 
-    A ray ends at ``least_transmittance``. Through values that show nothing it goes up to ``boldest`` times as far as
-    is certain before looking whether it has missed anything; 1 misses nothing, to a thousandth of a voxel. No step is
-    shorter than ``shortest_step`` voxels: by default the thesis' "hundred times the frequency of the data grid".
+    A ray ends at ``least_transmittance``. A step through values that show nothing may be up to ``boldest`` times as
+    long as is certain, and is then checked for missed values; at 1 nothing is missed, to a thousandth of a voxel. No
+    step is shorter than ``shortest_step`` voxels, by default the thesis' "hundred times the frequency of the data
+    grid".
     """
 
     least_transmittance: float = 1e-5
@@ -66,7 +67,7 @@ class MarchInput:
     boldest: Any = USUAL.boldest
     shortest_step: Any = USUAL.shortest_step
     gradient: DeviceVolume | None = None
-    """Gradient magnitudes and, in ``weights``, the materials' weights over them: a two-dimensional function."""
+    """Gradient magnitudes and, in ``weights``, the materials' weights over them, for a two-dimensional function."""
     weights: DeviceTable | None = None
 
     @property
@@ -76,11 +77,11 @@ class MarchInput:
 
     @property
     def adapts(self) -> bool:
-        """Whether steps grow with little light left, and pass over values that show nothing."""
+        """Whether steps grow as transmittance falls, and pass over values that show nothing."""
         return self.grid.grid.adapts
 
     def optics(self, columns: list[Any], point: Any) -> tuple[list[Any], Any]:
-        """(source per material, extinction) from table columns; the gradient at ``point`` weighs them if need be."""
+        """(source per material, extinction) from table columns; a two-dimensional function weights by gradient."""
         import drjit as dr
 
         k = self.materials

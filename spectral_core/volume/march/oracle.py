@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The march in plain NumPy, and pictures that are known in closed form: what the fast march is held against.
+"""The march in plain NumPy, and pictures that are known in closed form: the references for the fast march.
 
-Nothing here shares code with the fast march: exact knots instead of tables, float64, scipy's trilinear
-interpolation, uniform midpoint steps, no bricks, no leaps, no early end.
+Nothing here shares code with the fast march: exact knots instead of tables, float64, SciPy's trilinear
+interpolation, uniform midpoint steps, no bricks, no empty-space skipping, no early end.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ def march_oracle(
     width = (far - near) / count
     gradient = gradient_magnitude(volume) if transfer.uses_gradient else None
     amounts = np.zeros((len(origin), len(transfer.materials)))
-    passed = np.ones(len(origin))
+    transmittance = np.ones(len(origin))
     for i in range(count):
         points = origin + (near + (i + 0.5) * width)[:, None] * along
         slopes = None if gradient is None else trilinear(gradient, points)
-        taken, source = transfer.curves(trilinear(volume, points), slopes)
-        depth = taken.sum(-1) * width
-        reach = np.where(depth > 1e-12, -np.expm1(-depth) / np.maximum(depth, 1e-300), 1.0)
-        amounts += (passed * width * reach)[:, None] * source
-        passed = passed * np.exp(-depth)
-    return OracleImage(amounts, passed)
+        extinction, source = transfer.curves(trilinear(volume, points), slopes)
+        depth = extinction.sum(-1) * width
+        gain = np.where(depth > 1e-12, -np.expm1(-depth) / np.maximum(depth, 1e-300), 1.0)
+        amounts += (transmittance * width * gain)[:, None] * source
+        transmittance = transmittance * np.exp(-depth)
+    return OracleImage(amounts, transmittance)
 
 
 def trilinear(volume: ScalarVolume, points: Array) -> Array:
@@ -65,8 +65,8 @@ def trilinear(volume: ScalarVolume, points: Array) -> Array:
 def slab(extinction: float, emission: float, thickness: float) -> tuple[float, float]:
     """(amount, transmittance) through a homogeneous slab: (κ + ε)(1 - e^(-κL))/κ, or ε·L where κ = 0."""
     depth = extinction * thickness
-    reach = thickness if depth == 0 else -math.expm1(-depth) / extinction
-    return (extinction + emission) * reach, math.exp(-depth)
+    gain = thickness if depth == 0 else -math.expm1(-depth) / extinction
+    return (extinction + emission) * gain, math.exp(-depth)
 
 
 def ramp_transmittance(extinction_at_end: float, thickness: float) -> float:
@@ -83,7 +83,7 @@ def _box(volume: ScalarVolume, origin: Array, along: Array, begin: float) -> tup
     with np.errstate(divide="ignore", invalid="ignore"):
         low = (-0.5 - origin) / along
         high = (np.array(volume.shape) - 0.5 - origin) / along
-    # Parallel to a pair of faces: between them or outside for good.
+    # A ray that is parallel to a pair of faces lies between them along its whole length, or never.
     inside = (origin >= -0.5) & (origin <= np.array(volume.shape) - 0.5)
     parallel = along == 0
     first = np.where(parallel, np.where(inside, -np.inf, np.inf), np.minimum(low, high))

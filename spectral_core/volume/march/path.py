@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rays through one field or several: the coordinate that the march goes along.
 
-Through one field the coordinate t counts voxels from the ray's entry, so that float32 is fine there wherever the field
-stands in the world. Through several it counts world units from the first entry, and each field knows where it begins.
+Through one field the coordinate t counts voxels from the ray's entry, so that float32 is exact enough wherever the
+field is in the world. Through several it counts world units from the first entry, and each field stores its begin.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from spectral_core.volume.march.arithmetic import larger, smaller
 from spectral_core.volume.march.march_input import MarchInput, Rays, clip_to_box
 
 NEVER = 1e30
-# What is left of a field below this many voxels may vanish in the rounding of a shared t, and is left out.
+# A rest of a field shorter than this many voxels may vanish in the rounding of a shared t, and is left out.
 _REST = 1e-4
 
 
@@ -106,9 +106,9 @@ class FieldPath:
 
 @dataclass(frozen=True)
 class Path:
-    """What a march goes along: ``fields``, the ``length`` in units of t, and the ``world`` length of one unit.
+    """The path of a march: ``fields``, the ``length`` in units of t, and the ``world`` length of one unit.
 
-    ``start`` is the world distance along the ray at t = 0, for those who ask where they are.
+    ``start`` is the world distance along the ray at t = 0, for callers that need world distances.
     """
 
     fields: tuple[FieldPath, ...]

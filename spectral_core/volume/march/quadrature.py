@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How an iteration of the march advances in one field, and what it sees there.
+"""How an iteration of the march advances in one field, and the source and extinction of its step.
 
 Within a step, sources and extinction are taken as constant. `midpoint` takes them at the middle of the step.
 `preintegrated` takes their mean over the data values between the step's ends, from running integrals: no feature of
-the transfer function is stepped over, however narrow. Both pass quickly over values that show nothing: the distance
-from the value to the nearest one that does, times the pace (voxels per stored unit) of the brick, is a length in which
-nothing can be missed.
+the transfer function between these values is missed, however narrow. Both take long steps through values that show
+nothing: the distance from the value to the nearest one that shows something, times the pace (voxels per stored unit) of
+the brick, is a length over which nothing can show.
 
-An iteration has two parts, a skip through which nothing is gained and a step. All fields on a path share them, so a
-field says how far it could skip, then how long its step may be after the skip that was agreed on, and then what it
-saw in that step.
+An iteration has two parts: a skip, over which no light is added, and a step. All fields on a path share both. So each
+field first states how far it could skip, then how long its step may be after the common skip, and then evaluates the
+common step.
 """
 
 from __future__ import annotations
@@ -22,35 +22,36 @@ from spectral_core.volume.march.device_grid import BEYOND
 from spectral_core.volume.march.device_table import DeviceTable, Segment
 from spectral_core.volume.march.path import FieldPath
 
-_GROWTH = 1.3  # of boldness, per step that missed nothing
-_UNLIKELY = 0.8  # of the bound on a brick's slope, which is loose: `volume-bold` prints what is missed
-# A mean from the difference of two integrals is off by float32's rounding of these over the run of values between.
-# Where that is more than 1/4096 of the greatest height, the line through the middle of the run is nearer.
+_GROWTH = 1.3  # of the factor ``bold``, per step in which nothing was missed
+_UNLIKELY = 0.8  # of the bound on a brick's slope, which is loose; `volume-bold` prints the error that this causes
+# The difference of two running integrals has float32's rounding error, which is divided by the span of values between
+# them. Where the result is off by more than 1/4096 of the greatest height, the line through the middle is more exact.
 _ROUNDED = 2.0**-12
 
 
 @dataclass(frozen=True)
 class Ahead:
-    """What lies before one field in an iteration, in voxels of that field.
+    """The brick lookup of one field in an iteration; lengths are in voxels of that field.
 
-    ``steps``: the ray stands in a brick that shows something. ``planned`` is the step of the rule (after a skip, the
-    rule's first step). ``leap`` ends past the empty bricks, or past this one if it shows something; where the ray is
-    not yet in the field, at the entry. ``pace`` is as in ``BrickWord``, any number where nothing shows.
+    ``steps``: whether the ray is in a brick that shows something. ``planned`` is the step of the rule (after a skip,
+    the rule's first step). ``skip`` is the distance to the end of the empty bricks, or of this brick if it shows
+    something, or to the entry if the ray is not yet in the field. ``pace`` is as in ``BrickWord``; it has no meaning in
+    empty bricks.
     """
 
     steps: Any
     planned: Any
-    leap: Any
+    skip: Any
     pace: Any = None
 
     def stays(self, way: Any) -> Any:
-        """Whether the ray is still in this brick after ``way``, by a margin over how far ahead bricks are looked up."""
-        return self.steps & (way < self.leap - 3.0 * BEYOND)
+        """Whether the ray is still in this brick after ``way`` voxels, with a margin above the lookahead ``BEYOND``."""
+        return self.steps & (way < self.skip - 3.0 * BEYOND)
 
 
 @dataclass(frozen=True)
 class Step:
-    """The step that all fields agreed on, in units of t: it begins at ``begin``, after the skip, and ends at ``end``.
+    """The common step of all fields, in units of t: it begins at ``begin``, after the skip, and ends at ``end``.
 
     ``before`` is t before the skip.
     """
@@ -61,11 +62,11 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What one field shows in a step: ``source`` per material and ``extinction``, both per world unit.
+class StepOptics:
+    """Optical properties of one field in a step: ``source`` per material and ``extinction``, both per world unit.
 
-    ``after`` is the field's state after the step. ``missed`` says that the step was too bold and is to be taken back;
-    None where that cannot be.
+    ``after`` is the field's state after the step. ``missed`` says that the step was too long and must be
+    repeated; None where that cannot happen.
     """
 
     source: list[Any]
@@ -75,27 +76,27 @@ class Seen:
 
 
 class FieldMarch(Protocol):
-    """A quadrature: what the loop asks of each field."""
+    """A quadrature: the methods that the loop calls for each field."""
 
     def begin(self, field: FieldPath) -> Any:
         """The state at t = 0."""
 
     def skip(self, ahead: Ahead, now: Any) -> Any:
-        """Voxels that this field can pass without a look."""
+        """Voxels that this field can skip without a sample."""
 
     def step(self, field: FieldPath, ahead: Ahead, now: Any, rest: Any) -> Any:
-        """Voxels that a step may be long when ``rest`` of the own skip is left."""
+        """Longest step in voxels when ``rest`` voxels of the field's own skip are left."""
 
-    def see(self, field: FieldPath, ahead: Ahead, now: Any, step: Step) -> Seen:
-        """Sources and extinction in the step."""
+    def evaluate(self, field: FieldPath, ahead: Ahead, now: Any, step: Step) -> StepOptics:
+        """Evaluate sources and extinction in the step."""
 
-    def settled(self, now: Any, seen: Seen, missed: Any) -> Any:
+    def settled(self, now: Any, optics: StepOptics, missed: Any) -> Any:
         """The state after the step, or the one before where any field ``missed`` something."""
 
 
 @dataclass
 class MidpointState:
-    """``clear``: voxels ahead in which nothing can show; None where the rule does not ask."""
+    """``clear``: voxels ahead in which nothing can show; None where the rule does not use it."""
 
     clear: Any
 
@@ -109,16 +110,16 @@ class Midpoint:
     def skip(self, ahead: Ahead, now: MidpointState) -> Any:
         import drjit as dr
 
-        clear = 0.0 if now.clear is None else smaller(now.clear, ahead.leap)
-        return dr.select(ahead.steps, clear, ahead.leap)
+        clear = 0.0 if now.clear is None else smaller(now.clear, ahead.skip)
+        return dr.select(ahead.steps, clear, ahead.skip)
 
     def step(self, field: FieldPath, ahead: Ahead, now: MidpointState, rest: Any) -> Any:
         import drjit as dr
 
-        # A skip has its step in the same iteration, into a brick that is not known yet.
+        # The step after a skip belongs to the same iteration, and its brick has not been looked up.
         return ahead.planned if rest is None else dr.select(ahead.steps, ahead.planned, larger(rest, ahead.planned))
 
-    def see(self, field: FieldPath, ahead: Ahead, now: MidpointState, step: Step) -> Seen:
+    def evaluate(self, field: FieldPath, ahead: Ahead, now: MidpointState, step: Step) -> StepOptics:
         import drjit as dr
 
         data, table = field.data, field.data.table
@@ -128,18 +129,18 @@ class Midpoint:
         source, extinction = data.optics(table.column_values(segment, segment.part), point)
         after = MidpointState(None)
         if now.clear is not None:
-            # Known for this brick's slope alone, so only while the ray stays in it.
+            # The clearance follows from this brick's slope, so it holds only while the ray stays in this brick.
             half = field.local(step.end) - field.local(middle)
             clear = larger(table.clearance(segment) * ahead.pace - half, 0.0)
             after.clear = dr.select(
                 ahead.stays(field.local(step.end) - field.local(step.before)) & field.inside(middle), clear, 0.0
             )
-        return Seen(*_within(field.inside(middle), source, extinction), after)
+        return StepOptics(*_within(field.inside(middle), source, extinction), after)
 
-    def settled(self, now: MidpointState, seen: Seen, missed: Any) -> MidpointState:
+    def settled(self, now: MidpointState, optics: StepOptics, missed: Any) -> MidpointState:
         import drjit as dr
 
-        after: MidpointState = seen.after
+        after: MidpointState = optics.after
         if missed is not None and after.clear is not None:
             after.clear = dr.select(missed, now.clear, after.clear)
         return after
@@ -147,11 +148,11 @@ class Midpoint:
 
 @dataclass
 class PreintegratedState:
-    """Where the last step ended on the data's axis.
+    """Data value at the end of the last step.
 
     ``value`` is the stored value there, ``segment`` its segment's number and ``integrals`` the running integrals of
-    the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``bold`` how
-    many times as far the ray dares to go; both None where the rule does not ask.
+    the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``bold`` the
+    factor by which a step may exceed the certain distance; both None where the rule does not use them.
     """
 
     value: Any
@@ -174,7 +175,7 @@ class Preintegrated:
     def skip(self, ahead: Ahead, now: PreintegratedState) -> Any:
         import drjit as dr
 
-        return dr.select(ahead.steps, 0.0, ahead.leap)
+        return dr.select(ahead.steps, 0.0, ahead.skip)
 
     def step(self, field: FieldPath, ahead: Ahead, now: PreintegratedState, rest: Any) -> Any:
         """A step through values that are known to show nothing may be longer than planned: its means are zero."""
@@ -185,9 +186,9 @@ class Preintegrated:
     def _reach(self, ahead: Ahead, now: PreintegratedState) -> Any:
         if now.clear is None:
             return ahead.planned
-        return larger(ahead.planned, smaller(now.clear * now.bold * ahead.pace, ahead.leap))
+        return larger(ahead.planned, smaller(now.clear * now.bold * ahead.pace, ahead.skip))
 
-    def see(self, field: FieldPath, ahead: Ahead, now: PreintegratedState, step: Step) -> Seen:
+    def evaluate(self, field: FieldPath, ahead: Ahead, now: PreintegratedState, step: Step) -> StepOptics:
 
         data, table = field.data, field.data.table
         local = field.local(step.end)
@@ -197,21 +198,23 @@ class Preintegrated:
         after = PreintegratedState(value, segment.index, table.running_integrals(segment), None, None)
         means = _means(table, now, after, segment)
         inside = field.inside(step.begin)
-        # On a path of its own the field has no width without a step; only among others is there something to hide.
-        seen = Seen(*_within(inside if inside is True else inside & ahead.steps, *data.optics(means, point)), after)
+        # Where a single field has no step, the width is 0. Only on a shared path must its optics be set to zero.
+        optics = StepOptics(
+            *_within(inside if inside is True else inside & ahead.steps, *data.optics(means, point)), after
+        )
         if now.clear is None:
-            return seen
+            return optics
         after.clear, after.bold = table.clearance(segment), now.bold
         way = local - field.local(step.before)
-        # A bold step was longer than planned and than certain. What if something showed on the way?
+        # A bold step is longer than planned and longer than is certain, so it must be checked for missed values.
         bold = ahead.steps & (self._reach(ahead, now) > ahead.planned) & (now.bold > 1.0)
-        return Seen(seen.source, seen.extinction, after, bold & _missed(now, after, way, ahead.pace))
+        return StepOptics(optics.source, optics.extinction, after, bold & _missed(now, after, way, ahead.pace))
 
-    def settled(self, now: PreintegratedState, seen: Seen, missed: Any) -> PreintegratedState:
-        """Where a step is taken back the field stays as it was; the one that missed goes on with care."""
+    def settled(self, now: PreintegratedState, optics: StepOptics, missed: Any) -> PreintegratedState:
+        """Where a step is rejected the state is kept, and the field that missed something resets ``bold`` to 1."""
         import drjit as dr
 
-        after: PreintegratedState = seen.after
+        after: PreintegratedState = optics.after
         if missed is None:
             return after
 
@@ -220,7 +223,7 @@ class Preintegrated:
 
         bold = now.bold
         if bold is not None:
-            bold = dr.select(seen.missed, 1.0, smaller(bold * _GROWTH, self.boldest))
+            bold = dr.select(optics.missed, 1.0, smaller(bold * _GROWTH, self.boldest))
         return PreintegratedState(
             kept(now.value, after.value),
             kept(now.segment, after.segment),
@@ -239,7 +242,7 @@ def quadrature_of(field: FieldPath) -> FieldMarch:
 
 
 def _within(inside: Any, source: list[Any], extinction: Any) -> tuple[list[Any], Any]:
-    """Nothing outside the field, or where a field that others share the path with has no step of its own."""
+    """Zero outside the field, and where a field of a shared path has no step of its own."""
     import drjit as dr
 
     if inside is True:
@@ -248,14 +251,14 @@ def _within(inside: Any, source: list[Any], extinction: Any) -> tuple[list[Any],
 
 
 def _missed(now: PreintegratedState, after: PreintegratedState, way: Any, pace: Any) -> Any:
-    """Whether a long step may have met what shows: at its end, between values on both sides, or there and back.
+    """Whether a long step may have missed something: at its end, between the two end values, or on an excursion.
 
-    The last needs a value that changes as fast as any in its brick does, first one way and then the other; as fast as
-    ``_UNLIKELY`` of that is left out.
+    On an excursion the value leaves the range of the end values and returns. It must then change nearly as fast as the
+    brick's bound on the slope allows; excursions that need more than ``_UNLIKELY`` of that bound are disregarded.
     """
     at_end = after.clear <= 0.0
-    there_and_back = (now.clear + after.clear) * pace < _UNLIKELY * way
-    missed = at_end | there_and_back
+    excursion = (now.clear + after.clear) * pace < _UNLIKELY * way
+    missed = at_end | excursion
     for old, new in zip(now.integrals, after.integrals, strict=True):
         missed |= old != new
     return missed
@@ -264,8 +267,8 @@ def _missed(now: PreintegratedState, after: PreintegratedState, way: Any, pace: 
 def _means(table: DeviceTable, now: PreintegratedState, after: PreintegratedState, segment: Segment) -> list[Any]:
     """Mean of each column between two stored values.
 
-    Inside one segment the column's line at the middle is exact. Else it is the difference of the running integrals,
-    unless these have been rounded to too much: then the line of the segment that the step ends in.
+    Inside one segment the column's line at the middle is exact. Otherwise it is the difference of the running
+    integrals, unless their rounding error is too large: then the line of the segment in which the step ends.
     """
     import drjit as dr
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How rough a transfer function is between any two data values: what turns a brick's range into a step."""
+"""How rough a transfer function is between any two data values: it converts a brick's range to a step."""
 
 from __future__ import annotations
 

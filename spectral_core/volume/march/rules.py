@@ -87,7 +87,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
         # A step in the middle of a window of two voxels either way, as long as the window.
         relative, longest = _inverse(2.0 * frequency * statistics.slope), 4.0
     else:
-        rough = ranges.kink.ravel()[pair] * statistics.slope + ranges.slope.ravel()[pair] * statistics.bend
+        rough = ranges.kink.ravel()[pair] * statistics.slope + ranges.slope.ravel()[pair] * statistics.second_difference
         rough = _with_neighbors(np.where(shows, rough, 0.0), 0.5 if edge < 4 else 0.75)
         typical = float(np.median(rough[shows])) if shows.any() else 0.0
         longest = 3.0
@@ -95,7 +95,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
             relative = np.cbrt(typical / np.maximum(rough, 1e-3 * typical))
         else:  # most bricks are level
             relative = np.where(rough > 0, 1.0, longest)
-        # A level brick's pace is without end; 1e9 voxels are as good, and far from what float32 cannot hold.
+        # The pace of a constant brick is infinite; 1e9 voxels serve as well and are far below the limit of float32.
         paces = (unit / np.maximum(statistics.slope.astype(np.float64), 1e-9 * unit)).astype(np.float32)
     words = BrickWord.pack(relative.astype(np.float32), paces, empty, shows)
     first = 0.0 if rule == "thesis" else 1.0
@@ -103,17 +103,18 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
 
 
 def _with_neighbors(rough: NDArray[np.float64], own: float) -> NDArray[np.float64]:
-    """Roughness that heeds the roughest neighbor: a step may reach over into it, the more so the smaller bricks are.
+    """Roughness of bricks, raised by the roughest neighbor, because a step may end in it (more often in small bricks).
 
-    ``own`` is the power of a brick's own roughness, the rest is its neighborhood's. Tried were powers from 1/3 to 1 at
-    50 dB: seven fields took fewest iterations at 1/2 in bricks of two voxels, one field at 3/4 in bricks of four.
+    The result is the geometric mean of the brick's roughness, with weight ``own``, and its neighborhood's maximum.
+    Weights from 1/3 to 1 were tried at 50 dB: seven fields took the fewest iterations at 1/2 in bricks of two voxels,
+    one field at 3/4 in bricks of four.
     """
     from scipy import ndimage
 
     around = ndimage.maximum_filter(rough, size=3, mode="nearest")
     share = rough / np.where(around > 0, around, 1.0)
-    heeded: NDArray[np.float64] = around * np.maximum(share, 0.05) ** own
-    return heeded
+    raised: NDArray[np.float64] = around * np.maximum(share, 0.05) ** own
+    return raised
 
 
 def essential_frequency(table: TransferTable, energy: float = 0.99) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What color each material of a transfer function shows under a light: what turns amounts into a picture."""
+"""The color of each material of a transfer function under a light, by which amounts become a picture."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from spectral_core.volume.mitsuba_integrator.scene_light import Lit, surface_lig
 from spectral_core.volume.mitsuba_integrator.settings import read_settings, read_volumes, require_known
 
 _registered: set[str] = set()
-# Mitsuba calls plugins with denormals flushed to zero, where NumPy warns on its first look at a float type's limits.
+# Mitsuba calls plugins with denormals flushed to zero, where NumPy warns when it first reads a float type's limits.
 _LIMITS = np.finfo(np.float32), np.finfo(np.float64)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Material colors as the renderer's variant wants them: RGB, one luminance, or at a ray's wavelengths."""
+"""Material colors as the renderer's variant needs them: RGB, one luminance, or at a ray's wavelengths."""
 
 from __future__ import annotations
 

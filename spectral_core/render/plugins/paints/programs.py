@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
+from spectral_core.render.plugins.paints.tables import ROW, SceneTables, attribute_name
 from spectral_core.scene.shading import Instruction, Program, step
 
-ROW = 32
-"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random."""
 BUMP_STEP = 3e-4
 """Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
 

@@ -10,8 +10,6 @@ import numpy as np
 
 ROW = 32
 """Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random."""
-BUMP_STEP = 3e-4
-"""Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
 
 
 def attribute_name(name: str) -> str:

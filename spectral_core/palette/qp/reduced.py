@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gear between active set and walk: Newton's method in the few free colors, daqp for each spectrum at them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.palette.qp.active_set import ActiveSet
+from spectral_core.palette.qp.backends import lone_spectrum
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DENSE_LIMIT = 200
+"""Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
+REDUCED_STEPS = 12
+"""Newton steps in the free colors before the walk is asked; three to six are usual."""
+
+
+def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
+    """The walk, with the changed spectra brought to their optimum at the old free colors first.
+
+    Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
+    is short: daqp takes the hundred bends of one spectrum in the time of a few steps.
+
+    Parameters
+    ----------
+    active
+        Where the last answer and the factors are; holds the new optimum afterwards.
+    begin
+        All unknowns of the last answer, within bounds.
+    free
+        Which of them were off their bounds.
+    changed
+        Blocks that differ from the last problem; None for all.
+
+    Returns
+    -------
+    Whether it arrived at an optimum.
+    """
+    arrow = active.arrow
+    begin, free = begin.copy(), free.copy()
+    for k in range(len(arrow.spectra)) if changed is None else changed:
+        at = slice(active.offsets[k], active.offsets[k + 1])
+        if at.stop - at.start < DENSE_LIMIT:
+            colors = begin[: active.colors]
+            found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], colors, begin[at])
+            if found is not None:
+                begin[at], free[at] = found
+    active.begin(begin, free)
+    return active.settle(1) or _reduced(active) or active.walk(begin, free)
+
+
+def _reduced(active: ActiveSet) -> bool:
+    """Newton's method in the free colors alone, each spectrum being solved for; whether it arrived.
+
+    The sum of squares with every spectrum at its best is a convex, piecewise quadratic function of the few free
+    colors. A step solves the colors with the present bounds held; daqp then finds the bounds of those spectra that
+    do not keep theirs at the new colors. Where all keep theirs, that is the optimum.
+    """
+    count = active.colors
+    for _ in range(REDUCED_STEPS):
+        # What the last step toggled is stale: the spectra whose bounds changed at the colors that it found.
+        moved = sorted(active.stale)
+        begin, free = active.x.copy(), active.free.copy()
+        colors = begin[:count] = np.clip(active.goal[:count], active.lower[:count], active.upper[:count])
+        for k in moved:
+            at = slice(active.offsets[k], active.offsets[k + 1])
+            if at.stop - at.start >= DENSE_LIMIT:
+                return False
+            found = lone_spectrum(active.arrow.spectra[k], active.lower[at], active.upper[at], colors, begin[at])
+            if found is None:
+                return False
+            begin[at], free[at] = found
+        active.begin(begin, free)
+        if active.settle(1):
+            return True
+    return False
