@@ -70,7 +70,7 @@ class _DialPanel:
 
 
 def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
-    """Turn, see, take over."""
+    """Draw the controls that move the dial, show its picture, and apply it."""
     row = layout.row(align=True)
     row.scale_y = 1.3
     if context.window.as_pointer() in running:
@@ -110,7 +110,7 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
 
 
 def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
-    """What will be recorded: its memory and error are said before it is rendered."""
+    """Settings of a recording, with its memory and error before it is rendered."""
     box = layout.box()
     column = box.column()
     column.use_property_split = True

@@ -23,7 +23,7 @@ STATUS = {
 FAULT_ICON = {"deleted": "UNLINKED", "renamed": "SORTALPHA", "linked": "LINKED", "unused": "ORPHAN_DATA"}
 FAULTS_SHOWN = 3
 CONFLICTS_SHOWN = 2
-"""The first ones matter most; solved, they often take the others with them."""
+"""The first ones matter most; the others are often resolved with them."""
 
 
 def draw_palette(layout: UILayout, context: Context) -> None:
@@ -73,7 +73,7 @@ def _draw_welcome(layout: UILayout, context: Context) -> None:
     column = layout.column(align=True)
     column.scale_y = 1.2
     column.operator_enum("spectral.palette_preset", "preset")
-    layout.label(text="Or from what is here:")
+    layout.label(text="Or from this scene:")
     layout.operator("spectral.palette_from_scene", icon="SCENE_DATA")
     layout.operator("spectral.palette_import", text="From a File", icon="IMPORT")
     layout.label(text="Or from nothing:")
@@ -141,7 +141,7 @@ def _draw_conflict(box: UILayout, context: Context, palette: PropertyGroup, conf
 
 
 def draw_weights(layout: UILayout, context: Context) -> None:
-    """What counts how much, and which spectra are allowed."""
+    """Weights, and which spectra are allowed."""
     palette = context.scene.spectral.palette
     layout.use_property_split = True
     layout.use_property_decorate = False
@@ -210,7 +210,7 @@ PARTS = [
     ("robustness", "Other Eyes and Lamps", draw_robustness),
     ("files", "Files", draw_files),
 ]
-"""Sub-panels: name, label, what draws them. All but the first begin closed."""
+"""Sub-panels: name, label, function that draws them. All but the first begin closed."""
 
 
 def _drawing(drawn: Callable[[UILayout, Context], None]) -> Callable[[Panel, Context], None]:
@@ -223,7 +223,7 @@ def _drawing(drawn: Callable[[UILayout, Context], None]) -> Callable[[Panel, Con
 
 
 def _panels(place: str, **where: str) -> list[type]:
-    """The palette's panel and its sub-panels for one place of the interface."""
+    """The palette's panel and its sub-panels for one editor of Blender."""
     parent_id = f"SPECTRAL_PT_palette_{place}"
 
     body = {"bl_label": "Palette", "bl_idname": parent_id, "draw": _drawing(draw_palette), **where}

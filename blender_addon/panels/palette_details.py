@@ -27,7 +27,7 @@ def _split(layout: UILayout) -> UILayout:
 
 
 def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """What is asked of the selected cell."""
+    """The target of the selected cell."""
     cell = active_cell(palette)
     if cell is None:
         layout.label(text="Add a light and a material first")
@@ -129,7 +129,7 @@ def draw_material(layout: UILayout, context: Context, palette: PropertyGroup) ->
 
 
 def _draw_entry_head(layout: UILayout, palette: PropertyGroup, entry: PropertyGroup, side: str) -> None:
-    """Name, place in the table, measured or designed."""
+    """Name, position in the table, measured or designed."""
     row = layout.row(align=True)
     row.prop(entry, "name", text="")
     for direction, icon in (

@@ -12,7 +12,7 @@ MODE_ICON = {identifier: icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
 """Unscaled pixels below which two colors and a number are no longer told apart."""
 BUTTON_PIXELS = 16.0
-"""What a button keeps free at the sides of its text."""
+"""Margin of a button at the sides of its text."""
 NARROW_CELL = 82.0
 """Unscaled pixels below which a cell has no room for "ΔE" before its number."""
 

@@ -86,7 +86,7 @@ def draw_spectrum(layout: UILayout, context: Context, spectral: PropertyGroup, c
 
 
 def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> None:
-    """The curve, what it is called, and what it looks like."""
+    """The curve, its name, and its swatches."""
     row = layout.row()
     row.template_icon(curve_icon(spectral, 256), scale=min(8.0, max(4.0, width_of(context) / 45)))
     facts = row.column()

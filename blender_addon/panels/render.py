@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render settings, and the plan: what is simulated, why, and what leaving it out would cost."""
+"""Render settings, and the plan: which effects are simulated, why, and the error without them."""
 
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
@@ -38,7 +38,7 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
 
 
 class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
-    """What the renderer will simulate, and why"""
+    """Which effects the renderer will simulate, and why"""
 
     bl_label = "Plan"
 
@@ -52,7 +52,11 @@ class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
         if not len(settings.plan):
             hint = layout.column()
             hint.active = False
-            wrapped(hint, context, "The renderer simulates only what the scene needs. Press the button to see what.")
+            wrapped(
+                hint,
+                context,
+                "The renderer simulates only the effects that the scene needs. Press the button to list them.",
+            )
         simulated = [line for line in settings.plan if line.value not in LEFT_OUT]
         omitted = [line for line in settings.plan if line.value in LEFT_OUT]
         for title, lines in (("Simulated", simulated), ("Left out", omitted)):

@@ -9,14 +9,14 @@ from .parts import draw_spectrum, is_editable, wrapped
 
 class _SpectrumPanel:
     layout: UILayout
-    """What the four panels have in common; ``carrier`` names what carries the spectrum."""
+    """Base of the four panels; ``carrier`` names the kind of data-block that carries the spectrum."""
 
     bl_label = "Spectrum"
     carrier = ""
 
     @staticmethod
     def owner(context: Context) -> ID | Node | None:
-        """What carries the spectrum that is shown; each panel says what that is."""
+        """The data-block whose spectrum is shown; each panel defines it."""
         raise NotImplementedError
 
     @classmethod

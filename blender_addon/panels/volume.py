@@ -25,15 +25,15 @@ LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 def scene_light(scene: Scene) -> Illuminant:
     """The spectra of the scene's lights together, by their power; daylight where none carries a spectrum."""
     together: np.ndarray = np.zeros(LIGHT_GRID.size)
-    for thing in scene.objects:
-        if thing.type != "LIGHT" or thing.hide_render:
+    for each in scene.objects:
+        if each.type != "LIGHT" or each.hide_render:
             continue
         try:
-            spectrum = spectrum_of(thing.data)
+            spectrum = spectrum_of(each.data)
         except SpectralError:
-            continue  # the light's own panel says what is wrong
+            continue  # the panel of that light shows the error
         shape = _daylight() if spectrum is None else _shape(_as_light(spectrum))
-        together += thing.data.energy * shape
+        together += each.data.energy * shape
     return Illuminant("scene", LIGHT_GRID, together if together.any() else _daylight())
 
 
@@ -129,7 +129,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         side.operator("spectral.volume_material_add", text="", icon="ADD")
         side.operator("spectral.volume_material_remove", text="", icon="REMOVE")
         if not len(settings.materials):
-            wrapped(layout, context, "Choose a preset, or add a material and draw where in the data it stands.")
+            wrapped(layout, context, "Choose a preset, or add a material and draw at which data values it shows.")
             return
         active = settings.materials[min(settings.active, len(settings.materials) - 1)]
         _draw_color(layout, context, active, light)
@@ -137,7 +137,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
 
 
 def _draw_color(layout: UILayout, context: Context, entry: PropertyGroup, light: Illuminant) -> None:
-    """What a material looks like."""
+    """The appearance of a material."""
     draw_source(layout, entry.spectral)
     if len(context.scene.spectral.palette.materials):
         layout.operator("spectral.volume_color_from_palette", icon="MOD_SIMPLIFY")
@@ -154,7 +154,7 @@ def _draw_color(layout: UILayout, context: Context, entry: PropertyGroup, light:
 
 
 def _draw_curves(layout: UILayout, data: Volume, entry: PropertyGroup) -> None:
-    """Where in the data a material stands."""
+    """The data values at which a material shows."""
     _draw_curve_of(layout, data, entry, "density", "Density over the data", strength="density")
     _draw_curve_of(layout, data, entry, "emission", "Emission over the data", strength="emission")
     layout.prop(entry, "use_gradient")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is saved in the .blend: spectra on materials, lights, worlds and nodes; render settings; the palette."""
+"""Data that are saved in the .blend: spectra on materials, lights, worlds and nodes; render settings; the palette."""

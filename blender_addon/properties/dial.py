@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.dial``: the light dial of a scene, its bulbs, and what was recorded of the lights behind them."""
+"""``scene.spectral.dial``: the light dial of a scene, its bulbs, and the recording of their lights."""
 
 import bpy
 from bpy.props import (
@@ -28,7 +28,7 @@ _changed = announces(Topic.DIAL)
 
 
 class SpectralDialMember(bpy.types.PropertyGroup):
-    """A thing that shines in a bulb's group, and how brightly it did when the transport was recorded."""
+    """A light or glowing object of a bulb's group, and its brightness at the time of the recording."""
 
     owner: PointerProperty(type=bpy.types.ID)
     slot: IntProperty(default=-1, description="Material slot of a glowing object; -1 for a lamp or a world")
@@ -54,7 +54,7 @@ class SpectralDialBulb(bpy.types.PropertyGroup):
     )  # fmt: skip
     color: FloatVectorProperty(
         name="Color", size=3, subtype="COLOR_GAMMA", default=(1.0, 1.0, 1.0), min=0.0, max=1.0,
-        description="What the light looks like by itself, for the dial",
+        description="Color of the light by itself, for the dial",
     )  # fmt: skip
     members: CollectionProperty(type=SpectralDialMember)
 
@@ -82,10 +82,13 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )
     over_camera: BoolProperty(
         name="Picture over the Camera View", default=True, update=_changed,
-        description="Show the relit picture in front of what the camera sees, in every 3D view",
+        description="Show the relit picture over the camera view, in every 3D view",
     )  # fmt: skip
     storage: EnumProperty(
-        name="Storage", items=STORAGE, default="DIAL", description="What is kept, by what is to be changed later"
+        name="Storage",
+        items=STORAGE,
+        default="DIAL",
+        description="Which data are kept: depends on what you want to change later",
     )
     one_per_light: BoolProperty(
         name="One per Light", default=True,
@@ -95,10 +98,10 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         name="File", subtype="FILE_PATH", description="Where the transport is kept; empty: beside the .blend file"
     )
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
-    facts: StringProperty(description="What was recorded, for the panel")
+    facts: StringProperty(description="Facts of the recording, for the panel")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
-    changes: StringProperty(description="What has changed in the scene since it was recorded; empty where nothing")
-    message: StringProperty(description="What is wrong with the transport; empty where nothing is")
+    changes: StringProperty(description="Changes of the scene since it was recorded; empty if none")
+    message: StringProperty(description="Error of the recording; empty if none")
 
 
 CLASSES = (SpectralDialMember, SpectralDialBulb, SpectralLightDial)

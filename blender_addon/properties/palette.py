@@ -60,7 +60,7 @@ PALETTE_FIELDS = by_name(
     ),
     Field(
         "rounds", IntProperty, "rounds", name="Rounds", default=1000, min=1, soft_max=1000, max=10_000,
-        description="How often materials and lights are designed in turn, at most",
+        description="Most rounds; each designs all materials, then all lights",
     ),
     Field(
         "observers", EnumProperty, "observers", name="Observers", items=OBSERVERS, options={"ENUM_FLAG"},
@@ -236,8 +236,8 @@ class SpectralPalette(bpy.types.PropertyGroup):
     is_stale: BoolProperty(description="Whether something changed since the last solve")
     status: StringProperty(description="How the last solve ended: 'solved', 'compromise', …; empty before the first")
     remedy: StringProperty()
-    message: StringProperty(description="What is wrong with the palette itself; empty where nothing is")
-    notes: StringProperty(description="What was done that was not asked, one per line")
+    message: StringProperty(description="Error of the palette; empty if none")
+    notes: StringProperty(description="Notes on changes that were not asked for, one per line")
     conflicts: CollectionProperty(type=SpectralPaletteConflict)
     milliseconds: FloatProperty()
     light_scale: FloatProperty(default=1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One cell of the palette table: what a material should look like under a light, and what it does look like.
+"""One cell of the palette table: the target color of a material under a light, and its actual color.
 
 Wanted colors are kept as sRGB, the numbers an artist reads off a screen; so they do not change their meaning with
 the working space of the file. Results are kept in linear sRGB, also where no screen can show them.
@@ -24,11 +24,11 @@ MODES = [
 REFERRING = ("SAME", "CONSTANT", "DISTINCT")
 BOXED = ("FREE", "SAME", "CONSTANT")
 ASKED = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
-"""What a cell asks for, besides the cells that it refers to: copied together, the mode last."""
+"""The target of a cell without the cells that it refers to; copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
 WEIGHT_LIMIT = 1000.0
-"""Solvers go wrong, and say nothing, from ratios of 1e4; who needs more makes the cell exact."""
+"""Solvers become inaccurate from ratios of 1e4 on. For a larger weight, make the cell exact."""
 
 
 edited = announces(Topic.PALETTE)
@@ -51,14 +51,14 @@ class SpectralPaletteReference(bpy.types.PropertyGroup):
 
 
 class SpectralPaletteCell(bpy.types.PropertyGroup):
-    """What is asked of a material under a light, and what comes out."""
+    """The target of a material under a light, and the result."""
 
     mode: EnumProperty(
         name="Target",
         items=MODES,
         default="FIXED",
         update=announces(Topic.PALETTE_CELL_MODE),
-        description="What this cell asks for",
+        description="Target of this cell",
     )
     target: FloatVectorProperty(
         name="Wanted Color", subtype="COLOR_GAMMA", size=3, default=(0.5, 0.5, 0.5), soft_min=0.0, soft_max=1.0,
@@ -78,7 +78,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
     )  # fmt: skip
     weight: FloatProperty(
         name="Weight", default=1.0, min=0.0, soft_max=10.0, max=WEIGHT_LIMIT, update=edited,
-        description="How much this cell counts beside the others, up to 1000. To have it for sure, make it exact",
+        description="How much this cell counts beside the others, up to 1000. To enforce it, make it exact",
     )  # fmt: skip
     exact: BoolProperty(
         name="Exact", default=False, update=edited, description="Must hold to the last digit; the other cells give way"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the render engine is asked: samples, transport, and decisions of the plan that the artist takes over."""
+"""Settings of the render engine: samples, transport, and decisions of the plan that the artist overrides."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -42,7 +42,7 @@ RENDER_FIELDS = by_name(
 class SpectralPlanChoice(bpy.types.PropertyGroup):
     """A decision of the plan that the artist has taken over; ``name`` is the effect's."""
 
-    value: StringProperty(name="Value", description="What the artist decided instead of the plan")
+    value: StringProperty(name="Value", description="The artist's choice instead of the plan's")
 
 
 class SpectralPlanLine(bpy.types.PropertyGroup):
@@ -50,8 +50,8 @@ class SpectralPlanLine(bpy.types.PropertyGroup):
 
     value: StringProperty()
     reason: StringProperty()
-    cost: StringProperty(description="What goes wrong in the picture without it")
-    choices: StringProperty(description="What it may be set to, separated by '|'; empty for a whole number")
+    cost: StringProperty(description="Error of the picture without it")
+    choices: StringProperty(description="Possible values, separated by '|'; empty for a whole number")
     is_overridable: BoolProperty()
     is_artists: BoolProperty(description="Whether the artist decided it")
 

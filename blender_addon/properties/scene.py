@@ -31,6 +31,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take it away; what is stored stays in the file."""
+    """Remove the attribute; stored data stay in the file."""
     del bpy.types.Scene.spectral
     bpy.utils.unregister_class(SpectralScene)

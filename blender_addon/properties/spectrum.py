@@ -29,7 +29,7 @@ def tag(spectral: bpy.types.PropertyGroup, _context: Any = None) -> None:
 class SpectralSample(bpy.types.PropertyGroup):
     """One point of a sampled spectrum."""
 
-    wavelength_nm: FloatProperty(name="Wavelength", description="Wavelength in nanometres", min=0.0, precision=1)
+    wavelength_nm: FloatProperty(name="Wavelength", description="Wavelength in nanometers", min=0.0, precision=1)
     value: FloatProperty(name="Value", description="Reflectance from 0 to 1, or relative power", precision=4)
 
 
@@ -54,7 +54,7 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         search=offers(Topic.SPECTRUM_ENTRIES), update=announces(Topic.SPECTRUM_CHOICE),
     )  # fmt: skip
     kind: EnumProperty(
-        default="OWNER", description="What the values are",
+        default="OWNER", description="Kind of the values",
         items=[
             ("OWNER", "By Owner", "What its owner can have", 0),
             ("ILLUMINANT", "Illuminant", "Relative power per nm", 1),
@@ -68,14 +68,14 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
     spectrum_name: StringProperty(name="Spectrum Name", description="Name of the stored spectrum")
     origin: StringProperty(name="Origin", description="Where the stored values came from")
     interpolation: EnumProperty(
-        name="Interpolation", default="LINEAR", description="What the values mean between their wavelengths",
+        name="Interpolation", default="LINEAR", description="How values are interpolated between their wavelengths",
         items=[
             ("LINEAR", "Linear", "Straight lines between the values, as the renderer reads them", 0),
             ("SAMPLED", "Sampled", "Each value stands for its own cell", 1),
         ],
     )  # fmt: skip
     samples: CollectionProperty(type=SpectralSample, name="Values")
-    message: StringProperty(name="Message", description="What is wrong with the choice; empty where nothing is")
+    message: StringProperty(name="Message", description="Error of the choice; empty if none")
 
 
 CLASSES = (SpectralSample, SpectralSpectrum)
@@ -91,7 +91,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take it away again; what was stored stays in the file until it is saved without the extension."""
+    """Remove the attribute; stored data stay in the file until it is saved without the extension."""
     for carrier in reversed(CARRIERS):
         delattr(getattr(bpy.types, carrier), "spectral")
     for cls in reversed(CLASSES):

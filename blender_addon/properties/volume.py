@@ -52,7 +52,7 @@ RANGE_KEY = "spectral_range"
 
 
 def _changed(properties: PropertyGroup, _context: Context = None) -> None:
-    """A change of ours is a change of the data-block: whoever keeps an evaluated copy of it must copy again."""
+    """Tag the data-block as changed, so that Blender updates its evaluated copies."""
     properties.id_data.update_tag()
 
 
@@ -67,15 +67,15 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
     spectral: PointerProperty(type=SpectralSpectrum)
     density: FloatProperty(
         name="Density", update=_changed, default=0.1, min=0.0, soft_max=2.0, precision=3,
-        description="Light that is taken per voxel where the density curve is at its top",
+        description="Extinction per voxel where the density curve is at its top",
     )  # fmt: skip
     emission: FloatProperty(
         name="Emission", update=_changed, default=0.0, min=0.0, soft_max=1.0, precision=3,
-        description="Light that is added per voxel where the emission curve is at its top. Without density: an X-ray",
+        description="Emission per voxel where the emission curve is at its top. Without density: an X-ray",
     )  # fmt: skip
     lit: BoolProperty(
         name="Lit by the Scene", update=_changed, default=True,
-        description="The color is what it reflects of the scene's light; without, it shines by itself",
+        description="The color is a reflectance, lit by the scene's lights; without, the material glows",
     )  # fmt: skip
     use_gradient: BoolProperty(
         name="Only Edges", update=_changed, default=False,
@@ -119,7 +119,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take it away; what is stored stays in the file."""
+    """Remove the attribute; stored data stay in the file."""
     del bpy.types.Volume.spectral
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -22,7 +22,7 @@ from spectral_core.cli import _terminal as terminal
 from spectral_core.errors import SpectralError
 
 CLOSED_PIPE = 141
-"""Exit status where whoever read the output stopped reading, as shells count SIGPIPE."""
+"""Exit status when the reader of the output closes the pipe, as shells report SIGPIPE."""
 
 
 def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None, packages: Sequence[str] = ()) -
         status = _run(given, packages)
         sys.stdout.flush()  # here, where a full disk or a closed pipe can still be told from a fault
         return status
-    except BrokenPipeError:  # `| head -1`: whoever read has seen enough
+    except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
         terminal.close_quietly()
         return CLOSED_PIPE
     except OSError as error:
@@ -102,7 +102,7 @@ def _run(given: list[str], packages: Sequence[str]) -> int:
 
 
 def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
-    """Say why in one line, and as JSON where that was asked for."""
+    """Print the reason in one line, and as JSON if that was asked for."""
     print(f"spectral-scene {parsed.command}: {message}", file=sys.stderr)
     if parsed.json:
         print(json.dumps({"error": message, "kind": type(error).__name__}))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Standard output that takes every letter of ours, whatever the terminal's encoding, and that may be closed."""
+"""Standard output that accepts every character, whatever the terminal's encoding, and that may be closed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _NAME = "spectral_scene_plain"
 
 
 def _plain(error: UnicodeError) -> tuple[str, int]:
-    """Write what an encoding lacks in letters that every encoding has."""
+    """Replace characters that an encoding lacks by ASCII."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
@@ -41,7 +41,7 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 
 def make_writable() -> None:
-    """Let both standard streams write any text: a letter that the terminal's encoding lacks is written plainly."""
+    """Let both standard streams write any text: a character that the terminal's encoding lacks is replaced."""
     codecs.register_error(_NAME, _plain)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a test or an embedding program may have put something else there
@@ -50,7 +50,7 @@ def make_writable() -> None:
 
 
 def close_quietly() -> None:
-    """Point standard output at nothing, so that the interpreter does not complain of what is left in its buffer."""
+    """Point standard output at nothing, so that the interpreter does not complain about its unwritten buffer."""
     with contextlib.suppress(OSError, ValueError):
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, sys.stdout.fileno())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What ``doctor`` tries out in a process of its own: ``render`` a few pixels, or ``bpy``: start Blender's module."""
+"""Trials that ``doctor`` runs in a separate process: ``render`` a few pixels; ``bpy``: start Blender's module."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import importlib
 import sys
 
 MARK = "TRIAL "
-"""In front of the answer: libraries print what they like."""
+"""Prefix of the answer, because libraries print other lines."""
 
 
 def _render() -> str:
@@ -21,7 +21,7 @@ def _render() -> str:
     import drjit as dr
     import mitsuba as mi
 
-    dr.eval(dr.maximum(dr.opaque(mi.Float, 1.0), 0.5))  # what an LLVM that is too old cannot compile
+    dr.eval(dr.maximum(dr.opaque(mi.Float, 1.0), 0.5))  # an LLVM that is too old cannot compile this
     return result.variant
 
 

@@ -16,7 +16,7 @@ from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 REFERENCE_GAIN_DB = 25.0
-"""The reference is this much better than what it judges: its own error then moves the figure by 0.01 dB."""
+"""dB by which the reference exceeds the judged picture; its own error then changes the figure by 0.01 dB."""
 RUNS = 3
 
 
@@ -29,7 +29,7 @@ def report(
     quadrature: Literal["midpoint", "preintegrated"] = "midpoint" if transfer.uses_gradient else "preintegrated"
     finest = plan(renderer, view, transfer, aim, rule="uniform", quadrature=quadrature).stepping
     reference = _picture(renderer.render(view, transfer, finest))
-    # Half the step again: what still changes is the reference's own error, stated with the figures.
+    # Halve the step again: the change is the error of the reference itself, stated with the figures.
     finer = _picture(renderer.render(view, transfer, replace(finest, scale=finest.scale / 2)))
     own_db = _snr(finer, reference)
     ways = {"chosen": chosen.stepping}

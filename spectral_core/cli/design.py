@@ -3,7 +3,7 @@
 
 Writes into the output folder: solution.json (everything), lights.csv and reflectances.csv (spectra), swatches.gpl and
 swatches.ase, and palette.png (a row per reflectance, a column per light; the wanted color inside the actual one).
-Exits with 1 where the answer is not to be relied on: exact wishes that conflict, a light that no eye sees, or no solver
+Exits with 1 if the answer is not reliable: exact cells that conflict, a light that no observer sees, or no solver
 that passed its check. Files are written all the same.
 """
 
@@ -27,7 +27,7 @@ TILE, INSET = 96, 32
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     parser.add_argument("palette", nargs="?", type=Path, help="a palette in TOML or JSON; see examples/")
     parser.add_argument("--preset", help="instead of a file: one of the presets by name, such as 'Hidden mark'")
     parser.add_argument("--out", type=Path, help="folder to write to (default: out/ and the palette's name)")
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
         problem = replace(problem, rounds=arguments.rounds)
     solution = solve_palette(problem)
     folder = arguments.out or Path("out") / name
-    written = _write(folder, solution)  # before printing: whoever reads the table may close the pipe
+    written = _write(folder, solution)  # before printing, because the reader of the table may close the pipe
     _print(solution)
     print(f"written to {folder}: {', '.join(written)}")
     if arguments.json:
@@ -122,7 +122,7 @@ def table_picture(solution: PaletteSolution) -> NDArray[Any]:
 
 
 def _summary(solution: PaletteSolution, folder: Path, written: list[str]) -> dict[str, Any]:
-    """What ``--json`` prints."""
+    """The object that ``--json`` prints."""
     return {
         "status": solution.status.value,
         "remedy": solution.remedy,

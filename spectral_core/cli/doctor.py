@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is installed, which LLVM and renderer variant is used, what is missing and how to get it."""
+"""List installed parts, the LLVM and renderer variant in use, missing parts and how to get them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spectral_core.cli._trial import MARK
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked for: whether it is there, what was found, and what to do where it is not."""
+    """One part that is checked: whether it is present, its version, and how to get it if it is missing."""
 
     name: str
     ok: bool
@@ -87,7 +87,7 @@ def _package(module: str, distribution: str, needed_for: str, extra: str) -> Fin
 
 
 def _renderer() -> list[Finding]:
-    """LLVM and the variant that a render would use, tried out in a process of its own."""
+    """LLVM and the variant that a render would use, tried in a separate process."""
     if util.find_spec("mitsuba") is None:
         return []
     from spectral_core.render import variant
@@ -127,7 +127,7 @@ def _blender_loads() -> list[Finding]:
 
 
 def _trial(what: str) -> tuple[subprocess.CompletedProcess[str], str]:
-    """A trial in a process of its own, and its answer among whatever libraries printed."""
+    """Run a trial in a separate process, and find its answer in the output."""
     line = child.command(sys.executable, "spectral_core.cli._trial", what)
     done = subprocess.run(line, capture_output=True, text=True, errors="replace", env=child.environment())
     answers = [line.removeprefix(MARK) for line in done.stdout.splitlines() if line.startswith(MARK)]

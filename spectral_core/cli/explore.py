@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Do what was asked, then write or serve the page."""
+    """Run the requested analyses, then write or serve the page."""
     from spectral_core.explore.page.build import table_of_folder, table_of_store, write_page
     from spectral_core.explore.sweep.store import Store, cdb_folder
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     parser.add_argument("kind", choices=["lamp", "paints", "inks", "filters"], help="what is mixed")
     parser.add_argument("spectra", type=Path, help="file with one spectrum per channel, paint, ink or filter")
     parser.add_argument("--most", type=int, metavar="N", help="channels or colorants in the recipe at most")

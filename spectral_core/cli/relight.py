@@ -21,7 +21,7 @@ from . import _pictures
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     parser.add_argument(
         "transport", type=Path, metavar="TRANSPORT.exr", help="as `spectral-scene transport` records it"
     )

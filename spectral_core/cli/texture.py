@@ -26,7 +26,7 @@ WHITE_AT_DELTA_E = 10.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     parser.add_argument("pictures", nargs="+", type=Path, metavar="PICTURE", help="two pictures of one size")
     parser.add_argument("--out", type=Path, default=Path("out/texture"), help="folder to write to (out/texture)")
     parser.add_argument("--light", action="append", default=[], metavar="NAME", help="catalog name or file; give two")

@@ -3,7 +3,7 @@
 
 VOLUME is any file that the library reads (NRRD, NIfTI, VTK, OpenVDB, MetaImage, TIFF, NumPy, raw), a folder of TIFF
 slices, a numbered pattern such as flow_####.vti for a sequence, or sample:NAME[:SIZE] for built-in sample data
-(sample:engine, sample:gaussians, sample:shells, ...). The one quality knob is the picture's
+(sample:engine, sample:gaussians, sample:shells, ...). The one quality setting is the picture's
 signal-to-noise ratio in dB: --quality by word, --target-snr by number; the error is estimated before the render, and
 measured after it with --report. Further lights make further pictures from the same march, without a ray.
 
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     out = require_ending(arguments.out or Path(_stem(arguments.volume)).with_suffix(".png"))
     for name in arguments.light:
-        catalogue.illuminant(name)  # a name that is unknown is said before the render
+        catalogue.illuminant(name)  # raises for an unknown name before the render
     frames = []
     for number, volume in _frames(arguments):
         path = out if number is None else out.with_stem(f"{out.stem}_{number:04d}")

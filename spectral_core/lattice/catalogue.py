@@ -2,7 +2,7 @@
 """Ready lattices: the best class and scales found for a dimension, rate and criterion, frozen for n to 10.
 
 The frozen scales come from the searches of ``optimization`` and ``covering`` with many starts over every class
-(``python -m benchmarks lattice-acceptance`` checks them); a ready lattice costs a dictionary look-up.
+(``python -m benchmarks lattice-acceptance`` checks them); a ready lattice costs a dictionary lookup.
 """
 
 from __future__ import annotations

@@ -79,8 +79,8 @@ class CharacteristicPolynomial:
         if self.improper:
             return np.concatenate([[0.0, math.pi], 2.0 * math.pi * np.arange(1, n // 2) / n])
         phi = math.atan2(math.sqrt(4 * self.rate - self.middle**2), -self.middle)
-        turns = 2.0 * math.pi * np.arange(n // 2)
-        both = np.concatenate([turns + phi, turns - phi]) / (n // 2)
+        angles = 2.0 * math.pi * np.arange(n // 2)
+        both = np.concatenate([angles + phi, angles - phi]) / (n // 2)
         both = np.arctan2(np.sin(both), np.cos(both))
         return np.sort(both[both > 0.0])
 

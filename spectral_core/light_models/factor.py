@@ -87,7 +87,7 @@ def optimized_edges(
 ) -> list[int]:
     """Interval edges (m + 1 indices) with the least mean ΔE2000 over pairs of a light and reflectances (r, n).
 
-    Each inner edge in turn moves to its best place between its neighbors, until none moves: a local optimum.
+    Each inner edge moves to its best position between its neighbors, until none moves: a local optimum.
     """
     basis = np.asarray(basis, dtype=np.float64)
     size = basis.shape[1]
@@ -110,8 +110,8 @@ def optimized_edges(
     for _ in range(sweeps):
         before = best
         for index in range(1, size):
-            for place in range(edges[index - 1] + 1, edges[index + 1]):
-                candidate = [*edges[:index], place, *edges[index + 1 :]]
+            for position in range(edges[index - 1] + 1, edges[index + 1]):
+                candidate = [*edges[:index], position, *edges[index + 1 :]]
                 found = error(candidate)
                 if found < best:
                     best, edges = found, candidate

@@ -48,7 +48,7 @@ class LightModel(ABC):
 
     @abstractmethod
     def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
-        """Coefficients (..., m) of what two surfaces (..., m) reflect in turn, as one surface."""
+        """Coefficients (..., m) of two surfaces (..., m) that reflect light one after the other, as one surface."""
 
     def surface_coefficients(self, reflectances: ArrayLike | Sequence[Spectrum]) -> Array:
         """Coefficients (..., m) of reflectances: values (..., n) on the model's grid, or spectra on any grid."""

@@ -62,7 +62,7 @@ def linear_from_display_rgb(display_rgb: ArrayLike) -> Array:
 
 
 def lab_from_xyz(xyz: ArrayLike, white_xyz: ArrayLike = WHITE_XYZ) -> Array:
-    """CIELAB (..., 3) of XYZ (..., 3) seen under a white (3,) (CIE 15:2018)."""
+    """CIELAB (..., 3) of XYZ (..., 3) relative to a white (3,) (CIE 15:2018)."""
     white = np.asarray(white_xyz, dtype=np.float64)
     if np.any(white <= 0):
         raise InvalidInputError(f"the white of CIELAB is {white.tolist()}; all three XYZ must be positive")
@@ -134,8 +134,8 @@ def _ciede2000_norm(lightness: Array, chroma: Array, hue: Array, steps: tuple[Ar
     scale_lightness = 1 + 0.015 * off_gray / np.sqrt(20 + off_gray)
     scale_chroma = 1 + 0.045 * chroma
     scale_hue = 1 + 0.015 * chroma * tint
-    turn = np.radians(60) * np.exp(-(((degrees - 275) / 25) ** 2))
-    rotation = -2 * np.sqrt(chroma**7 / (chroma**7 + 25.0**7)) * np.sin(turn)
+    blue_angle = np.radians(60) * np.exp(-(((degrees - 275) / 25) ** 2))
+    rotation = -2 * np.sqrt(chroma**7 / (chroma**7 + 25.0**7)) * np.sin(blue_angle)
     step_lightness, step_chroma, step_hue = steps[0] / scale_lightness, steps[1] / scale_chroma, steps[2] / scale_hue
     square = step_lightness**2 + step_chroma**2 + step_hue**2 + rotation * step_chroma * step_hue
     return np.sqrt(np.maximum(square, 0.0))

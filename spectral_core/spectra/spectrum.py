@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sampled spectra: the wavelength grid they live on, illuminants and reflectances.
+"""Sampled spectra: their wavelength grids, illuminants and reflectances.
 
 One ``SpectralGrid`` is shared by design, preview, export and render. Between its knots a spectrum is linear and
 outside of them zero, exactly as the renderer reads it, so that what was designed is what is rendered.
@@ -18,7 +18,7 @@ from spectral_core.errors import GridMismatchError, InvalidInputError
 
 Interpolation = Literal["linear", "sampled"]
 MOST_KNOTS = 1_000_000
-"""More than any instrument resolves; a larger grid is a slip of the unit."""
+"""More than any instrument resolves; a larger grid is a mistake in the unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,10 +163,10 @@ class Spectrum:
         """Mean over the cell of each knot of ``grid``, exact for what is linear between this spectrum's knots."""
         knots, half = self.grid.wavelengths_nm, grid.cell_widths_nm / 2
         low, high = grid.wavelengths_nm - half, grid.wavelengths_nm + half
-        places = np.union1d(knots, np.clip(np.concatenate([low, high]), knots[0], knots[-1]))
-        values = np.interp(places, knots, self.values)
-        area = np.concatenate([[0.0], np.cumsum(np.diff(places) * (values[1:] + values[:-1]) / 2)])
-        means = np.interp(high, places, area) - np.interp(low, places, area)
+        positions = np.union1d(knots, np.clip(np.concatenate([low, high]), knots[0], knots[-1]))
+        values = np.interp(positions, knots, self.values)
+        area = np.concatenate([[0.0], np.cumsum(np.diff(positions) * (values[1:] + values[:-1]) / 2)])
+        means = np.interp(high, positions, area) - np.interp(low, positions, area)
         return np.asarray(means / (2 * half))
 
     def scaled(self, factor: float) -> Self:

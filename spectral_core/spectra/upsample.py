@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a color to a spectrum: the one way, for surfaces, volumes, lights and previews alike.
+"""The one conversion from a color to a spectrum, for surfaces, volumes, lights and previews.
 
 A color in [0, 1] becomes the smooth reflectance of Jakob and Hanika 2019, "A Low-Dimensional Function Space for
 Efficient Spectral Upsampling": a sigmoid of a quadratic, with the coefficients that Mitsuba's renderer reads for its

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.scene import Color, Film, PointLight, Principled, SpotLight
+from spectral_core.scene import Color, Computed, Film, PointLight, Principled, SpotLight
+from spectral_core.scene.shading import Builder
 from tests.render.scenes import lit_plane, matrix
 
 pytest.importorskip("mitsuba")
@@ -49,3 +50,23 @@ def test_a_moving_scene_uses_one_kernel(transport):
     traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
     assert len(traced) >= 6
     assert all(kernel["cache_hit"] for kernel in traced)
+
+
+def _tree(number):
+    """Coordinates through math, a ramp and a mix into a color and a roughness; every number and the ramp differ."""
+    build = Builder()
+    place = build.add("vector_input", (), "position", 0)
+    numbers = (build.number(0.3 + 0.1 * number), build.number(0.2 * number))
+    height = build.add("math", (build.as_width(place, 1), *numbers), "MULTIPLY_ADD")
+    ramp = np.linspace((0, 0, 0, 1), (1, 0.5, 0.1 * number, 1), 256)
+    color = build.add("ramp_color", (height,), data=ramp)
+    blended = build.add(
+        "blend", (build.number(0.1 + 0.1 * number), color, build.number((0.2, 0.1 * number, 0.3))), "MIX"
+    )
+    return Principled(Computed(build.program(blended)), roughness=Computed(build.program(height)))
+
+
+def test_editing_numbers_of_a_node_tree_keeps_its_shape():
+    """Also where an edited number comes to equal another: 0.4 and 0.2 are met by several of these."""
+    shapes = {(_tree(n).base_color.program.shape, _tree(n).roughness.program.shape) for n in range(1, 8)}
+    assert len(shapes) == 1

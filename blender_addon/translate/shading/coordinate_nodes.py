@@ -169,6 +169,9 @@ def _bump(reader: Reader, output: Output) -> Any:
 def _normal_map(reader: Reader, output: Output) -> Any:
     node = output.node
     color, strength = reader.read(output, "Color"), reader.read(output, "Strength", 1.0)
+    source = linked(output.input("Color"))
+    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals lean further than baked ones
+        reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
         if node.uv_map:
             reader.note(f"{output.label!r}: its tangents follow the UV map that renders, not {node.uv_map!r} by name")

@@ -10,7 +10,7 @@ import numpy as np
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
 from spectral_core.spectra.spectrum import Spectrum
 
-from .fields import mean_color
+from .fields import mean_color, paint_of
 from .reader import Reader
 from .tree import Input, Output, linked
 
@@ -57,6 +57,9 @@ def _principled(reader: Reader, source: Output) -> ScatteringMedium:
         reader.note(f"{source.label!r}: its density attribute is not read")
     if reader.number(source.input("Blackbody Intensity"), 0.0) > 0:
         reader.note(f"{source.label!r}: blackbody emission is left out")
+    absorption = source.input("Absorption Color")
+    if absorption is not None and np.any(np.ravel(mean_color(paint_of(reader.field(absorption)))) != 0):
+        reader.note(f"{source.label!r}: its absorption color is left out")
     glow: Paint = gray(1.0)
     if strength > 0:
         glow = reader.paint(source.input("Emission Color"), gray(1.0))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The board itself: many messages in, the last value of each fader out, motors moved without a loop.
 
-No device is opened here: ``midi`` and ``osc`` turn wires into calls of ``receive``. It may be called from any thread;
+No device is opened here: ``midi`` and ``osc`` call ``receive`` for each message. It may be called from any thread;
 ``poll`` is called by whoever owns the numbers, as often as the picture is drawn.
 """
 
@@ -15,13 +15,13 @@ from spectral_core.explore.board.binding import PAIRED, Binding, Control
 from spectral_core.explore.board.order import Order
 
 TOUCH_SECONDS = 0.1
-"""A fader that moved this recently is in somebody's hand: its motor rests."""
+"""A fader that moved this recently is being held, so its motor is not driven."""
 MOTOR_SECONDS = 1 / 60
 """Least time between two messages to one motor: what is sent is a state, and the last one always goes out."""
 ECHO_SECONDS = 0.15
 """A message within this time of a motor command, and equal to it, is the motor's report of its arrival."""
 LEARN_TRAVEL = 0.05
-"""How far a control must travel before learning takes it: a resting hand trembles."""
+"""How far a control must travel before it is learned, because a resting hand trembles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class _Fader:
     driven: float = float("-inf")
     """When ``sent`` was."""
     caught: bool = False
-    """Pick-up: whether the fader holds the value. It lets go where the value changes by other means."""
+    """Pick-up: whether the fader holds the value. It is released when the value changes by other means."""
     left_at: float | None = None
     """The value after this fader's last change, as its owner keeps it; None while that is not known."""
 
@@ -91,7 +91,7 @@ class Board:
         self._faders[binding.control] = _Fader(binding)
 
     def unbind(self, control: Control) -> None:
-        """Take a binding away; none is no error."""
+        """Remove a binding; do nothing if there is none."""
         self._faders.pop(control, None)
 
     @property
@@ -194,7 +194,7 @@ class Board:
         return control in halves and all(half in self._learn_start for half in halves)
 
     def _settle(self) -> None:
-        """Note what became of the last changes: their owner may have rounded or clipped them."""
+        """Store the values after the last changes, which their owner may have rounded or clipped."""
         for fader in self._faders.values():
             if fader.caught and fader.left_at is None:
                 fader.left_at = fader.binding.position(self._read(fader.binding.target))

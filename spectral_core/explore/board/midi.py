@@ -16,7 +16,7 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError, Spec
 from spectral_core.explore.board.binding import PAIRED, Control
 
 LOOK_SECONDS = 2.0
-"""How often it is looked whether the device is still, or again, there."""
+"""Time between two checks whether the device is connected."""
 
 
 class Decoder:
@@ -145,7 +145,7 @@ class MidiLink:
         if self._input is not None and not there:
             self._lose()
         elif self._input is None and self.missing is not None and there:
-            with contextlib.suppress(OSError, SystemError):  # not ready yet: the next look tries again
+            with contextlib.suppress(OSError, SystemError):  # not ready yet: the next check tries again
                 self._open(there[0])
 
 

@@ -2,7 +2,7 @@
 """From a lattice and a region to points in a useful order: one algorithm, to be read in this order.
 
 1. ``regions``: what may be filled, {x : A x <= b} within at most one ball.
-2. ``anchoring``: the region seen from a point inside it. Its gauge says how far it must grow to reach a point, and an
+2. ``anchoring``: the region relative to a point inside it. Its gauge says how far it must grow to reach a point, and an
    ellipsoid around it (``cap_ellipsoid`` where a ball is cut) is the metric in which it is round.
 3. ``enumeration``: all lattice points within a gauge, coordinate by coordinate in that metric.
 4. ``frame``: a lattice placed in space. A point's bits follow from its address alone, at every level of refinement.

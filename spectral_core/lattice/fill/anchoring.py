@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A region seen from inside: center, gauge and enclosing ellipsoid, all unchanged by affine maps of the region.
+"""A region relative to a point inside it: center, gauge and enclosing ellipsoid, unchanged by affine maps.
 
 The gauge g(v) of a region around an interior point c is the factor by which it must grow about c to just reach c + v.
 The center is the analytic one (maximal product of slacks); the Hessian of the slacks' logarithms there is the metric
@@ -238,15 +238,15 @@ def _opposite_widths(rows: Matrix, used: NDArray[np.int64]) -> Matrix:
     lengths = np.linalg.norm(rows, axis=1)
     units = rows / lengths[:, None]
     widths = np.empty(len(used))
-    for place, i in enumerate(used):
+    for position, i in enumerate(used):
         parallel = np.flatnonzero(units @ units[i] < -1.0 + 1e-12)
         if len(parallel):
-            widths[place] = (lengths[i] / lengths[parallel]).min() * (1.0 + 1e-9)
+            widths[position] = (lengths[i] / lengths[parallel]).min() * (1.0 + 1e-9)
             continue
         answer = linprog(rows[i], A_ub=rows, b_ub=np.ones(len(rows)), bounds=(None, None), method="highs")
         if answer.status != 0:
             raise InvalidInputError(f"the half-spaces do not bound the region numerically ({answer.message})")
-        widths[place] = -answer.fun * (1.0 + 1e-6) + 1e-9
+        widths[position] = -answer.fun * (1.0 + 1e-6) + 1e-9
     return widths
 
 

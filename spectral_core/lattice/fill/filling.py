@@ -33,7 +33,7 @@ _SEED_DOMAIN = 0x1A771CE
 MAX_GROWTHS = 60
 """Searches with growing gauge before giving up."""
 MAX_DRAWS = 16
-"""Rotations and offsets tried when rounding cannot tell the m-th point from the next."""
+"""Rotations and offsets tried when rounding does not separate the m-th point from the next."""
 
 
 def fill_exactly(
@@ -55,14 +55,14 @@ def fill_exactly(
     )  # a length of the region, so that gauges are near 1
     for _ in range(MAX_DRAWS):
         # An offset drawn over one cell makes every placement of the lattice equally likely.
-        turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
-        basis = unit * (turn @ lattice.generator)
-        offset = unit * (turn @ lattice.reduced @ (rng.random(n) - 0.5))
+        orientation = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
+        basis = unit * (orientation @ lattice.generator)
+        offset = unit * (orientation @ lattice.reduced @ (rng.random(n) - 0.5))
         gauges, coefficients = _nearest(anchored, basis, offset, count)
         # Any scale between the two gauges gives exactly m; their middle is the farthest from both borders.
         inner, outer = (0.0 if count == 0 else float(gauges[count - 1])), float(gauges[count])
         shrink = 2.0 / (inner + outer)
-        frame = _frozen_frame(lattice, turn, shrink * unit, anchored.center + shrink * offset)
+        frame = _frozen_frame(lattice, orientation, shrink * unit, anchored.center + shrink * offset)
         # Gauges are exact to rounding; whether the border separates is decided on the final positions.
         inside = region.contains(frame.positions(coefficients[: count + 8]))
         if outer - inner > 1e-12 * outer and inside[:count].all() and not inside[count:].any():
@@ -90,10 +90,13 @@ def place_about(
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
-    turn = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
+    orientation = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)
     spacing = math.exp((log_volume - math.log(count)) / n)
     return _frozen_frame(
-        lattice, turn, spacing, anchored.center + spacing * (turn @ lattice.reduced @ (rng.random(n) - 0.5))
+        lattice,
+        orientation,
+        spacing,
+        anchored.center + spacing * (orientation @ lattice.reduced @ (rng.random(n) - 0.5)),
     )
 
 
@@ -128,7 +131,7 @@ def _nearest(anchored: Anchored, basis: Matrix, offset: Matrix, count: int) -> t
         if len(inside) > count:
             order = inside[np.argsort(gauges[inside], kind="stable")][: count + 64]
             return gauges[order], coefficients[order]
-        # Few points tell little about the density: grow by a fixed share instead of by extrapolation.
+        # Few points are a poor estimate of the density: grow by a fixed factor instead of by extrapolation.
         few = len(inside) < 16
         gauge *= 1.0 + 1.5 / n if few else min(2.0, float((1.02 * wanted / len(inside)) ** (1.0 / n)))
     raise SolveError(
@@ -145,7 +148,7 @@ def _anchored(lattice: Lattice, region: Region) -> Anchored:
 
 
 def seeded(seed: int) -> np.random.Generator:
-    """Generator of a seed that no other use of the same seed repeats: a region drawn with it must not line up."""
+    """Random generator that differs from other uses of the same seed, so that regions drawn with it do not align."""
     if not isinstance(seed, int | np.integer) or seed < 0:
         raise InvalidInputError(f"seed is {seed!r}; expected a whole number from 0")
     return np.random.default_rng([_SEED_DOMAIN, int(seed)])

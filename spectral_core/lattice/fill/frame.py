@@ -87,7 +87,7 @@ class Frame:
         return cls(lattice, rotation, spacing, origin)
 
     def same_as(self, other: Frame) -> bool:
-        """Whether both place the same points, to the bit."""
+        """Whether both frames give the same points, to the bit."""
         return (
             self.lattice.lattice_class == other.lattice.lattice_class
             and np.array_equal(self.basis(), other.basis())
@@ -97,9 +97,9 @@ class Frame:
     def basis(self, level: int = 0) -> Matrix:
         """Basis of a level as columns, (n, n): spacing · U Q^-level G; finer for positive levels."""
         alpha = self.lattice.dilation_factor
-        turn = (self.lattice.rotation / alpha).T  # Q⁻¹ = Qᵀ / α²
-        turned = np.linalg.matrix_power(turn, level) @ self.lattice.generator
-        basis: Matrix = (self.spacing * alpha**-level) * (self.rotation @ turned)
+        inverse_rotation = (self.lattice.rotation / alpha).T  # Q⁻¹ = Qᵀ / α²
+        rotated = np.linalg.matrix_power(inverse_rotation, level) @ self.lattice.generator
+        basis: Matrix = (self.spacing * alpha**-level) * (self.rotation @ rotated)
         return basis
 
     def positions(self, coefficients: Integers, level: int = 0) -> Matrix:
@@ -146,7 +146,7 @@ class Frame:
         anchored = anchor(region)
         basis = self.basis(level)
         expected = expected_count(region, anchored.metric, float(np.linalg.slogdet(basis)[1]))
-        # Too large a guess only postpones the cuts of the search; too small a one would start them needlessly.
+        # Too large an estimate only delays the pruning of the search; too small an estimate would start it needlessly.
         if region.log_volume() is None:
             expected = min(expected, 5000.0)  # from the ellipsoid, which may be far too large; the search counts
         if expected > 1.5 * MAX_POINTS:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points in an order of which every prefix fills the region evenly; refined, extended or cut without moving a point.
+"""Points ordered so that every prefix fills the region evenly; refined, extended or cut without moving a point.
 
 The digits of a point tell its coset in each level (finest first); sorting by them lists the coarsest level first and
 completes one level after the other, as the radical inverse does on the line. The coarser levels may start at any of
@@ -27,12 +27,12 @@ Matrix = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-TURNS = 16
-"""Rotations tried in a box of 2 to 4 dimensions, up to ``MAX_TURN_POINTS`` points."""
+ROTATIONS = 16
+"""Rotations tried in a box of 2 to 4 dimensions, up to ``MAX_ROTATION_POINTS`` points."""
 MAX_TURN_DIMENSIONS = 4
-MAX_TURN_POINTS = 20_000
+MAX_ROTATION_POINTS = 20_000
 MAX_DIGITS = 200
-"""Levels above the base that are told apart; with rate 2 that is 2^200 points."""
+"""Levels above the base that the order distinguishes; with rate 2 that is 2^200 points."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +54,12 @@ class ProgressivePoints:
         return len(self.points)
 
     def refine(self) -> ProgressivePoints:
-        """The same points in the same order, then those that the next level adds (about rate - 1 times as many)."""
+        """The same points in the same order, then those of the next level (about rate - 1 times as many)."""
         if self.level == MAX_LEVEL:
             raise InvalidInputError(f"the points are at level {MAX_LEVEL}, the finest; take a smaller region to go on")
         positions, coefficients = self.frame.points_in(self.region, self.level + 1)
         digits = CosetDigits.of(self.frame.lattice)
-        # Digit 0 is the coarser lattice, whose points are here already.
+        # Digit 0 is the coarser lattice, whose points are already in the list.
         fresh = digits.digits(coefficients) != 0
         positions, coefficients = positions[fresh], coefficients[fresh]
         order = progressive_order(self.frame.lattice, coefficients, self.level + 1, self.shifts)
@@ -82,13 +82,13 @@ class ProgressivePoints:
         return progressive_points(self.frame, region, level=self.level, shifts=self.shifts)
 
     def shared(self, other: ProgressivePoints) -> tuple[Integers, Integers]:
-        """Indices here and there of the points in both, (K,) each; both must come from the same frame."""
+        """Indices in this and in the other set of the points in both, (K,) each; both sets must have the same frame."""
         if not other.frame.same_as(self.frame):
             raise InvalidInputError(
                 "the two sets of points come from different frames, so no point is shared by design"
             )
         mine, theirs = (self._addresses(), other._addresses())
-        # By address, not by position: points are equal where their integers are.
+        # Compare integer coordinates, not positions: equal integers mean equal points.
         index = {address: i for i, address in enumerate(theirs)}
         pairs = [(i, index[address]) for i, address in enumerate(mine) if address in index]
         array = np.array(pairs, dtype=np.int64).reshape(-1, 2)
@@ -112,7 +112,7 @@ def progressive_fill(
 
     ``lattice`` is that of the largest packing radius for the region's dimension and ``rate`` unless given: the
     separation of prefixes is what it bounds. ``seed`` draws rotation and offset; in a box of 2 to 4 dimensions the
-    best of ``TURNS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
+    best of ``ROTATIONS`` rotations is taken, that with the least gaps on the axes. Errors as for ``fill_exactly``.
     """
     chosen = sampling_lattice(region.dimensions, rate) if lattice is None else lattice
     if rotation is None and region.box_limits is not None and 1 < len(chosen.generator) <= MAX_TURN_DIMENSIONS:
@@ -134,11 +134,11 @@ def _filled_at_best_turn(lattice: Lattice, box: Region, count: int, seed: int) -
     low, high = box.box_limits
     rng = seeded(seed)
     best: tuple[float, Frame, Integers] | None = None
-    for _ in range(TURNS if 2 <= count <= MAX_TURN_POINTS else 0):
+    for _ in range(ROTATIONS if 2 <= count <= MAX_ROTATION_POINTS else 0):
         try:
-            turn = random_rotation(lattice.dimensions, rng)
-            frame, coefficients = fill_exactly(lattice, box, count, seed=seed, rotation=turn)
-        except SolveError:  # lined up with a face: not a good rotation either
+            rotation = random_rotation(lattice.dimensions, rng)
+            frame, coefficients = fill_exactly(lattice, box, count, seed=seed, rotation=rotation)
+        except SolveError:  # the lattice is aligned with a face, so the rotation is not a good one either
             continue
         gap = worst_gap((frame.positions(coefficients) - low) / (high - low))
         if best is None or gap < best[0]:
@@ -149,7 +149,7 @@ def _filled_at_best_turn(lattice: Lattice, box: Region, count: int, seed: int) -
 def progressive_points(
     frame: Frame, region: Region, *, level: int = 0, shifts: tuple[int, ...] = ()
 ) -> ProgressivePoints:
-    """All points of a frame's level in a region, in progressive order: how a stored sweep is taken up again.
+    """All points of a frame's level in a region, in progressive order: for continuing a stored sweep.
 
     ``frame``, ``level`` and ``shifts`` are those of the ``ProgressivePoints`` to continue.
     """
@@ -159,12 +159,12 @@ def progressive_points(
 
 
 def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:
-    """For each coarser level in turn, the coset that holds most of the points left (at least 1 / rate of them)."""
+    """One level after the other, the coset that holds most of the points left (at least 1 / rate of them)."""
     digits = CosetDigits.of(lattice)
     left = coefficients
     shifts: list[int] = []
     while len(left) > 1 and len(shifts) < MAX_DIGITS:
-        # The fullest of rate cosets holds at least 1 / rate of the points: no prefix can run dry.
+        # The fullest of rate cosets holds at least 1 / rate of the points, so the next level is never empty.
         cosets = digits.digits(left)
         fullest = int(np.bincount(cosets, minlength=lattice.rate).argmax())
         left = digits.divide(left[cosets == fullest], fullest)
@@ -175,7 +175,7 @@ def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:
 def progressive_order(lattice: Lattice, coefficients: Integers, level: int, shifts: tuple[int, ...]) -> Integers:
     """Order of points of a level, (N,): by digits, the finest level's first; ``shifts`` rename the coarser cosets.
 
-    Exact integers; stops when all points are told apart.
+    Exact integers; stops when all points differ.
     """
     digits = CosetDigits.of(lattice)
     left = coefficients

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scales S chosen for covering: the least largest distance from any place to its nearest point.
+"""Scales S chosen for covering: the least largest distance from any position to its nearest point.
 
 The covering radius is a maximum of many smooth pieces, so it is searched by simplex steps (Nelder and Mead) from many
 starts: on exact Voronoi vertices to n = 6, beyond on the mean of the largest sampled distances, where the outcome is

@@ -53,7 +53,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class FiguresOfMerit:
-    """What a lattice is good for; lengths in the units of the basis."""
+    """Figures of merit of a lattice; lengths in the units of the basis."""
 
     dimensions: int
     determinant: float
@@ -67,11 +67,11 @@ class FiguresOfMerit:
     center_density: float
     """δ = Δ / volume of the unit ball."""
     covering_radius: Bounds
-    """R: largest distance of a place to its nearest point; exact to n = 6."""
+    """R: largest distance of a position to its nearest point; exact to n = 6."""
     thickness: Bounds
-    """Θ: mean number of balls of radius R over a place."""
+    """Θ: mean number of balls of radius R over a position."""
     second_moment: Estimate
-    """Normalised second moment per dimension (Z: 1/12); exact to n = 4."""
+    """Normalized second moment per dimension (Z: 1/12); exact to n = 4."""
     relevant_vectors: int | None
     """Facets of the Voronoi cell; None above n = 12."""
     face_counts: tuple[int, ...] | None
@@ -113,7 +113,7 @@ def packing(basis: ArrayLike) -> tuple[float, int]:
 
 
 def covering_radius(basis: ArrayLike, *, seed: int = 0, starts: int = 24) -> Bounds:
-    """Covering radius: exact to n = 6; above, climbs from ``starts`` places give a lower bound that is nearly tight.
+    """Covering radius: exact to n = 6; above, climbs from ``starts`` positions give a lower bound that is nearly tight.
 
     Bounded work: at most 20 linear programs per climb to n = 12, only sampled distances beyond. The upper bound is
     that of the nearest-plane rectangle, ½ (Σ r_ii²)^½.
@@ -134,26 +134,26 @@ def covering_radius(basis: ArrayLike, *, seed: int = 0, starts: int = 24) -> Bou
     return Bounds(lower, max(upper, lower))
 
 
-def _climb_to_vertices(relevant: Matrix, places: Matrix) -> float:
-    """Largest vertex distance met when each place moves to the vertex farthest in its own direction, repeatedly."""
+def _climb_to_vertices(relevant: Matrix, positions: Matrix) -> float:
+    """Largest vertex distance met when each position moves to the vertex farthest in its own direction, repeatedly."""
     from scipy.optimize import linprog
 
     halfway = 0.5 * np.einsum("ij,ij->i", relevant, relevant)
     best = 0.0
-    for place in places:
+    for position in positions:
         for _ in range(20):
-            answer = linprog(-place, A_ub=relevant, b_ub=halfway, bounds=(None, None), method="highs")
+            answer = linprog(-position, A_ub=relevant, b_ub=halfway, bounds=(None, None), method="highs")
             if answer.status != 0:
                 raise SolveError(f"a linear program over the Voronoi cell failed: {answer.message}")
-            if answer.x @ answer.x <= place @ place * (1.0 + 1e-9):
+            if answer.x @ answer.x <= position @ position * (1.0 + 1e-9):
                 break
-            place = answer.x
-        best = max(best, float(np.sqrt(place @ place)))
+            position = answer.x
+        best = max(best, float(np.sqrt(position @ position)))
     return best
 
 
 def second_moment(basis: ArrayLike, *, samples: int = 65536, seed: int = 0) -> Estimate:
-    """Normalised second moment of the Voronoi cell: exact to n = 4, beyond from Sobol points with a standard error.
+    """Normalized second moment of the Voronoi cell: exact to n = 4, beyond from Sobol points with a standard error.
 
     ``samples`` (a power of two) are split into 8 independently scrambled sets, whose spread gives the error.
     """
@@ -193,7 +193,7 @@ def theta_list(basis: ArrayLike, shells: int = 8) -> tuple[tuple[float, int], ..
 def best_known(dimensions: int) -> Matrix | None:
     """Generator (columns, unit density) of a lattice that no known one of its dimension packs denser, n 2 to 8 and 10.
 
-    A2, D3, D4, D5, E6, E7, E8 and, for 10, D10+ (a good quantiser). None elsewhere.
+    A2, D3, D4, D5, E6, E7, E8 and, for 10, D10+ (a good quantizer). None elsewhere.
     """
     if dimensions == 2:
         rows = np.array([[1.0, 0.0], [0.5, math.sqrt(3.0) / 2.0]])

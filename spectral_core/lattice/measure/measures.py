@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How evenly points lie in the unit cube: distances, projections, discrepancy; and the Latin trick.
+"""How evenly points lie in the unit cube: distances, projections, discrepancy; and Latin projections.
 
 Lengths are in units of m^(-1/n), the edge of the cube that each of m points has to itself, so that designs of any
 size compare: for an endless lattice ``separation`` is its packing radius and ``mean_square`` its second moment.
@@ -27,11 +27,11 @@ class Evenness:
     separation: float
     """Half the least distance of two points, times m^(1/n); larger is better."""
     fill_distance: float
-    """Largest distance from a place of the cube to its nearest point (sampled, corners included), times m^(1/n)."""
+    """Largest distance from a position of the cube to its nearest point (sampled, corners included), times m^(1/n)."""
     mean_square: float
     """Mean squared distance to the nearest point, per dimension, times m^(2/n)."""
     discrepancy: float
-    """Centred L2 discrepancy (its square root; SciPy's ``discrepancy`` returns the square)."""
+    """Centered L2 discrepancy (its square root; SciPy's ``discrepancy`` returns the square)."""
     gap_1d: float
     """Largest gap of the values on one axis, worst axis, times m; 1 is perfect."""
     fill_2d: float
@@ -39,7 +39,7 @@ class Evenness:
 
 
 def evenness(points: ArrayLike, *, samples: int = 16384, seed: int = 0) -> Evenness:
-    """All measures of points (m, n) in the unit cube, m at least 2; ``samples`` places are probed for distances."""
+    """All measures of points (m, n) in the unit cube, m at least 2; ``samples`` positions are probed for distances."""
     given = _in_unit_cube(points)
     m, n = given.shape
     from scipy.spatial import KDTree
@@ -120,8 +120,10 @@ def _fill_2d(points: Matrix) -> float:
     if n < 2:
         return float("nan")
     edge = np.linspace(0.0, 1.0, 65)
-    places = np.stack(np.meshgrid(edge, edge), axis=-1).reshape(-1, 2)
-    return float(max(KDTree(points[:, pair]).query(places)[0].max() for pair in combinations(range(n), 2)) * np.sqrt(m))
+    positions = np.stack(np.meshgrid(edge, edge), axis=-1).reshape(-1, 2)
+    return float(
+        max(KDTree(points[:, pair]).query(positions)[0].max() for pair in combinations(range(n), 2)) * np.sqrt(m)
+    )
 
 
 def _in_unit_cube(points: ArrayLike) -> Matrix:

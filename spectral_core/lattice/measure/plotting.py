@@ -95,7 +95,7 @@ def _spiral(plt: Any, rate: int) -> Any:
     axis.scatter(*sites.T, s=10, color=INK, zorder=3, linewidths=0)
     coarse = sites @ lattice.rotation.T
     axis.scatter(*coarse.T, s=46, color=ACCENTS[1], zorder=2, linewidths=0)
-    axis.set_title(f"{lattice.lattice_class}: one dilation turns by {np.degrees(angle):.1f}°", fontsize=10)
+    axis.set_title(f"{lattice.lattice_class}: one dilation rotates by {np.degrees(angle):.1f}°", fontsize=10)
     _square(axis, 2.6)
     return figure
 

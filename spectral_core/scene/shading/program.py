@@ -211,14 +211,26 @@ class Builder:
             if at not in needed:
                 needed.add(at)
                 stack += self._instructions[at].inputs
-        order = sorted(needed)
-        place = {old: new for new, old in enumerate(order)}
-        return Program(
-            tuple(
-                Instruction(i.operation, tuple(place[k] for k in i.inputs), i.settings, i.values, i.data)
-                for i in (self._instructions[k] for k in order)
-            )
-        )
+        copied: list[Instruction] = []
+        place: dict[int, int] = {}
+
+        def reads(k: int) -> int:
+            """Where an operand stands. A constant is entered again for each that reads it: were equal ones shared, a
+            number edited to equal another would change the shape.
+            """
+            if not self._instructions[k].values:
+                return place[k]
+            copied.append(self._instructions[k])
+            return len(copied) - 1
+
+        for k in sorted(needed):
+            i = self._instructions[k]
+            if i.values and k != register:
+                continue
+            inputs = tuple(reads(operand) for operand in i.inputs)
+            place[k] = len(copied)
+            copied.append(Instruction(i.operation, inputs, i.settings, i.values, i.data))
+        return Program(tuple(copied))
 
     def include(self, program: Program) -> int:
         """Enter another program's instructions; its result."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every spectrum format shares: text with line numbers in, one checked spectrum per column out."""
+"""Code that every spectrum format shares: text with line numbers in, one checked spectrum per column out."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ UNIT_SPELLINGS = {
 }  # fmt: skip
 
 PLAUSIBLE_NM = (10.0, 1e6)
-"""Wavelengths outside of this range are a wrong unit: from extreme ultraviolet to a millimetre."""
+"""Wavelengths outside of this range are a wrong unit: from extreme ultraviolet to a millimeter."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
-    """What the caller says about a file; None is what the file says."""
+    """The caller's statements about a file; None leaves them to the file."""
 
     kind: SpectrumKind | None = None
     wavelength_unit: str | None = None
@@ -117,7 +117,7 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
     wavelengths = np.array(column.wavelengths) * NM_PER_UNIT[wavelength_unit]
     values = np.array(column.values) * FRACTION_PER_UNIT[value_unit]
     lines = list(column.lines)
-    if wavelengths[0] > wavelengths[-1]:  # some spectrometers write from red to blue; nothing is lost by turning it
+    if wavelengths[0] > wavelengths[-1]:  # some spectrometers write from red to blue; reversing the order loses nothing
         wavelengths, values, lines = wavelengths[::-1], values[::-1], lines[::-1]
     _require_wavelengths(path, lines, wavelengths, wavelength_unit)
     _require_values(path, column.name, lines, values, kind)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mitsuba's ``.spd``: one ``wavelength value`` pair per line, in nm, separated by white space; ``#`` starts a comment.
 
-The format has no words for names and kinds; ours stand in comments (``# kind: illuminant``) that Mitsuba skips.
+The format has no fields for names and kinds; they are written as comments (``# kind: illuminant``) that Mitsuba skips.
 """
 
 from __future__ import annotations

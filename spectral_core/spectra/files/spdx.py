@@ -104,7 +104,7 @@ def _read(file: Path, options: ReadOptions) -> SpdxDocument:
 def write_spdx(path: str | Path, document: SpdxDocument | Spectrum) -> None:
     """Write a TM-27-14 file; a bare spectrum gets the header that the standard requires.
 
-    A bare spectrum's name becomes Description and its source Manufacturer, which read_spdx turns back.
+    A bare spectrum's name becomes Description and its source Manufacturer, which read_spdx reverses.
     """
     if isinstance(document, Spectrum):
         document = _document_of(document)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a text file states about its spectra, in comments: ``# kind: reflectance``, ``# unit: nm, percent``.
+"""Statements of a text file about its spectra, in comments: ``# kind: reflectance``, ``# unit: nm, percent``.
 
 One statement holds for all columns, or one per column separated by commas. Comments of other words are only read
 by people.
