@@ -96,6 +96,10 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         colors = _associated(translation, image, colors, pixels[..., 3:4])
         if alpha_is_read:  # stored multiplied and divided after filtering, as in Cycles
             colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
+            if image.is_float and np.any(pixels[..., 3] < 1):
+                translation.note(
+                    image.name, "its floating-point colors are darker than in Cycles where alpha is below 1"
+                )
     if image.is_float:  # Blender has already brought these to its scene-linear space
         return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
     return _byte_image(translation, image.name, colors, space)
