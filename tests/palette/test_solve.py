@@ -273,8 +273,9 @@ def test_a_missed_color_names_the_cell_that_would_relieve_it():
 @pytest.mark.parametrize("name", list(PRESETS))
 def test_every_preset_is_solved(name):
     solution = solve_palette(PRESETS[name]())
-    # Lights that look white improve slowly to the last digit; a busy machine may end the budget before.
-    assert solution.status in ("solved", "still_improving")
+    # Lights that must look white, all of them designed, improve slowly to the last digit.
+    allowed = ("solved", "still_improving") if name == "X-ray smoke" else ("solved",)
+    assert solution.status in allowed
     assert solution.max_delta_e_2000 < 3
     assert solution.kkt_residual < 1e-6
     assert solution.bound_violation <= 1e-9

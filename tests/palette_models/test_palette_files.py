@@ -125,7 +125,9 @@ def test_examples_are_read_and_solved(path: Path) -> None:
     presets = {make.__name__: make for make in PRESETS.values()}
     if path.stem in presets:
         assert_same(problem, presets[path.stem]())
-    assert solve_palette(problem).status.usable
+    status = solve_palette(problem).status
+    # The smoke's three white lights improve slowly to the last digit.
+    assert status.usable if path.stem == "xray_smoke" else status.trusted
 
 
 def test_there_is_an_example_of_every_preset() -> None:
