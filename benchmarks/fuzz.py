@@ -79,7 +79,8 @@ def _watched(seed: int, inputs: int, deadline: float, wanted: str) -> list[tuple
         line += ["--source", wanted] if wanted else []
         child = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        threading.Thread(target=_collect, args=(child, lines), daemon=True).start()
+        reader = threading.Thread(target=_collect, args=(child, lines), daemon=True)
+        reader.start()
         begun = at
         while at < inputs:
             try:
@@ -101,6 +102,7 @@ def _watched(seed: int, inputs: int, deadline: float, wanted: str) -> list[tuple
                 break
         child.kill()
         child.wait()
+        reader.join()  # the pipe ended with the child; the reader closes it
         if at == begun and outcomes and outcomes[-1][1].startswith("crash") and at == 0:
             break
     return outcomes
@@ -108,8 +110,9 @@ def _watched(seed: int, inputs: int, deadline: float, wanted: str) -> list[tuple
 
 def _collect(child: subprocess.Popen[str], lines: queue.SimpleQueue[str | None]) -> None:
     assert child.stdout is not None
-    for line in child.stdout:
-        lines.put(line)
+    with child.stdout as stream:
+        for line in stream:
+            lines.put(line)
     lines.put(None)
 
 

@@ -71,6 +71,9 @@ class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
             layout.label(text=self.message, icon="ERROR")
 
 
+CLASSES = (SpectralTextureNode,)
+
+
 def register() -> None:
     """Register the node, and its entry in the shader editor's Add menu."""
     bpy.utils.register_class(SpectralTextureNode)

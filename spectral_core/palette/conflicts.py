@@ -165,13 +165,19 @@ class Responses:
     def moved(self, cell: CellIndex, released: CellIndex) -> Array:
         """By how much the color of a cell moves when another one asks nothing any more, (3,)."""
         asked = self.rows[released]
-        joint = np.block([[self.between(a, b) for b in asked] for a in asked])
-        error = np.concatenate([self.errors[k][rows] for k, rows in asked])
-        weight = np.concatenate([self.weights[k][rows] for k, rows in asked])
+        ((k, rows), *more) = asked
+        if more:
+            joint = np.block([[self.between(a, b) for b in asked] for a in asked])
+            error = np.concatenate([self.errors[k][rows] for k, rows in asked])
+            weight = np.concatenate([self.weights[k][rows] for k, rows in asked])
+        else:  # nearly always; np.block alone takes longer than the 3×3 system
+            joint, error, weight = self.between(asked[0], asked[0]), self.errors[k][rows], self.weights[k][rows]
         with np.errstate(divide="ignore"):
             system = np.diag(1.0 / np.maximum(weight, 1e-12)) - joint
         force = np.linalg.lstsq(system, error, rcond=1e-10)[0]
         into = self.rows[cell][0]
+        if not more:
+            return np.asarray(self._color_between(into, asked[0]) @ force)
         return np.hstack([self._color_between(into, b) for b in asked]) @ force
 
     def _color_between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:

@@ -245,7 +245,7 @@ def test_variants_are_chosen_and_refused(monkeypatch):
     with pytest.raises(InvalidInputError, match="'vulkan' cannot"):
         choose_backend("rgb", "vulkan")
     monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "/nowhere/libLLVM.so")
-    with pytest.raises(MissingDependencyError, match=r"needs the LLVM library, version 17.*DRJIT_LIBLLVM_PATH"):
+    with pytest.raises(MissingDependencyError, match=r"needs the LLVM library, version 17.*SPECTRAL_SCENE_LLVM"):
         choose_backend("spectral")
     report = describe_backend()
     assert report["llvm_library"] is None and any("LLVM" in problem for problem in report["problems"])
