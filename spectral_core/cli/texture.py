@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from spectral_core.spectra.spectrum import Illuminant
 
 WHITE_AT_DELTA_E = 10.0
+NOTICED_DELTA_E = 1.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -134,6 +135,11 @@ def _print(design: TextureDesign, figures: dict[str, Any]) -> None:
         print(
             f"{loss.name}: ΔE2000 mean {loss.mean:.3f}, 99 % {loss.p99:.2f}, largest {loss.largest:.2f}; "
             f"details kept {loss.contrast:.2f}, ghost of the other picture {loss.ghost:.3f}"
+        )
+    if max(loss.mean for loss in design.losses) > NOTICED_DELTA_E:
+        print(
+            "these lights cannot show both pictures with this contrast: lower --slope, raise --floor, give --exact, "
+            "favor one picture with --importance, or leave out --light to have the lights designed"
         )
 
 

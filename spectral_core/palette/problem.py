@@ -8,181 +8,21 @@ to leave reflectances room below 1.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from enum import StrEnum
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.palette.cell import Cell, CellMode
+from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of
 from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 Array = NDArray[np.float64]
-CellIndex = tuple[int, int]
-"""(reflectance, light): row and column of a cell."""
-
-
-class CellMode(StrEnum):
-    """What a cell asks for."""
-
-    FIXED = "fixed"
-    FREE = "free"
-    SAME = "same"
-    BLACK = "black"
-    CONSTANT = "constant"
-    DISTINCT = "distinct"
-    IGNORE = "ignore"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Cell:
-    """The wish for one reflectance under one light. Make one with the class methods; they name what each mode needs."""
-
-    mode: CellMode = CellMode.IGNORE
-    target: Array | None = None
-    """FIXED: linear RGB (3,)."""
-    others: tuple[CellIndex, ...] = ()
-    """SAME: the one cell to equal. CONSTANT: cells of the same row. DISTINCT: the cells to differ from."""
-    box: tuple[Array, Array] | None = None
-    """FREE, SAME, CONSTANT: least and greatest linear RGB, (3,) each, that the free color may take."""
-    weight: float = 1.0
-    exact: bool = False
-    """An equality instead of a weighted least-squares row."""
-
-    def __post_init__(self) -> None:
-        self._check_kinds()
-        if (self.target is not None) != (self.mode is CellMode.FIXED):
-            raise InvalidInputError(
-                f"a cell of mode {self.mode} with target {self.target}; 'fixed' and only it has one"
-            )
-        if self.target is not None:
-            object.__setattr__(self, "target", frozen_array("the target color of a cell", self.target, (3,)))
-        needs_others = self.mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)
-        if bool(self.others) != needs_others or (self.mode is CellMode.SAME and len(self.others) != 1):
-            raise InvalidInputError(
-                f"a cell of mode {self.mode} refers to {len(self.others)} other cells; 'same' takes one, 'constant' "
-                "and 'distinct' at least one, all other modes none"
-            )
-        if self.box is not None:
-            self._freeze_box(*self.box)
-        require_range("the weight of a cell", self.weight, 0.0, 1e30)
-
-    def _check_kinds(self) -> None:
-        """Refuse what is no mode, no number and no cell before anything is computed with it."""
-        try:
-            object.__setattr__(self, "mode", CellMode(self.mode))
-        except ValueError:
-            raise UnknownNameError.among("cell mode", str(self.mode), [mode.value for mode in CellMode]) from None
-        object.__setattr__(self, "weight", _number("the weight of a cell", self.weight))
-        object.__setattr__(self, "others", tuple(_cell_index(other) for other in _sequence("others", self.others)))
-        if not isinstance(self.exact, (bool, np.bool_)):
-            raise InvalidInputError(f"exact of a cell is {self.exact!r}; expected True or False")
-
-    def _freeze_box(self, low: ArrayLike, high: ArrayLike) -> None:
-        if self.mode not in (CellMode.FREE, CellMode.SAME, CellMode.CONSTANT):
-            raise InvalidInputError(f"a cell of mode {self.mode} has a color box; only free colors are held in one")
-        ends = _box_end("the box's least color", low), _box_end("the box's greatest color", high)
-        if np.any(ends[0] > ends[1]):
-            raise InvalidInputError(f"the color box runs from {ends[0].tolist()} to {ends[1].tolist()}; swap its ends")
-        object.__setattr__(self, "box", ends)
-
-    @classmethod
-    def fixed(cls, linear_rgb: ArrayLike, *, weight: float = 1.0, exact: bool = False) -> Self:
-        """The color ``linear_rgb`` (3,)."""
-        return cls(CellMode.FIXED, _raw(linear_rgb), weight=weight, exact=exact)
-
-    @classmethod
-    def free(cls, box: tuple[ArrayLike, ArrayLike] | None = None, *, weight: float = 1.0, exact: bool = False) -> Self:
-        """Any color, or any color in ``box`` (least and greatest linear RGB)."""
-        return cls(CellMode.FREE, box=_box(box), weight=weight, exact=exact)
-
-    @classmethod
-    def same_as(
-        cls,
-        other: CellIndex,
-        *,
-        box: tuple[ArrayLike, ArrayLike] | None = None,
-        weight: float = 1.0,
-        exact: bool = False,
-    ) -> Self:
-        """The color of cell ``other`` = (reflectance, light), whatever that becomes (Eq. 5.15): a metamer."""
-        return cls(CellMode.SAME, others=(other,), box=_box(box), weight=weight, exact=exact)
-
-    @classmethod
-    def black(cls, *, weight: float = 1.0, exact: bool = False) -> Self:
-        """No color at all: a metameric black (section 5.4.4)."""
-        return cls(CellMode.BLACK, weight=weight, exact=exact)
-
-    @classmethod
-    def constant(cls, *others: CellIndex, weight: float = 1.0, exact: bool = False) -> Self:
-        """The color that this reflectance has in ``others``, cells of its own row: object color constancy."""
-        return cls(CellMode.CONSTANT, others=tuple(others), weight=weight, exact=exact)
-
-    @classmethod
-    def distinct_from(cls, *others: CellIndex, weight: float = 1.0) -> Self:
-        """As different as possible from ``others``."""
-        return cls(CellMode.DISTINCT, others=tuple(others), weight=weight)
-
-    @classmethod
-    def ignore(cls) -> Self:
-        """No wish."""
-        return cls()
-
-
-def _box(box: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array] | None:
-    if box is None:
-        return None
-    ends = _sequence("the box of a cell", box)
-    if len(ends) != 2:
-        raise InvalidInputError(f"the box of a cell has {len(ends)} ends; expected the least and the greatest color")
-    return _raw(ends[0]), _raw(ends[1])
-
-
-def _raw(values: ArrayLike) -> Array:
-    """Numbers as given; ``Cell`` checks and freezes them."""
-    return values  # type: ignore[return-value]
-
-
-def _box_end(name: str, values: ArrayLike) -> Array:
-    """An end of a box, (3,): any number or an infinity, which leaves that side open; never NaN."""
-    try:
-        end = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{name} must be three numbers; {error}") from error
-    if end.shape != (3,):
-        raise InvalidInputError(f"{name} has shape {end.shape}; expected 3")
-    require_finite(name, np.where(np.isinf(end), 0.0, end))
-    end.setflags(write=False)
-    return end
-
-
-def _number(name: str, value: object) -> float:
-    if isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool):
-        return float(value)
-    raise InvalidInputError(f"{name} is {value!r}; expected a number")
-
-
-def _sequence(name: str, values: object) -> tuple[Any, ...]:
-    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        raise InvalidInputError(f"{name}: got {values!r}; expected a tuple")
-    return tuple(values)
-
-
-def _cell_index(other: object) -> CellIndex:
-    """(reflectance, light) as two whole numbers."""
-    if isinstance(other, tuple | list) and len(other) == 2 and all(isinstance(k, int | np.integer) for k in other):
-        return int(other[0]), int(other[1])
-    raise InvalidInputError(f"a cell refers to {other!r}; expected (reflectance, light), two whole numbers")
-
-
-def _require_kind(name: str, values: Iterable[object], kind: type | tuple[type, ...], expected: str) -> None:
-    for number, value in enumerate(values):
-        if not isinstance(value, kind):
-            raise InvalidInputError(f"{name}[{number}] is {value!r}; expected {expected}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,10 +41,10 @@ class PaletteLight:
     """Other lights under which this column's same, black and constant cells should hold too."""
 
     def __post_init__(self) -> None:
-        _require_kind("the spectrum of a light", (self.spectrum,), Illuminant, "an Illuminant")
+        require_kind("the spectrum of a light", (self.spectrum,), Illuminant, "an Illuminant")
         for name in ("primaries", "variants"):
-            object.__setattr__(self, name, _sequence(f"{name} of light {self.name!r}", getattr(self, name)))
-            _require_kind(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
+            object.__setattr__(self, name, sequence_of(f"{name} of light {self.name!r}", getattr(self, name)))
+            require_kind(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
         wishes = {
             "primaries": bool(self.primaries),
             "white_xyz": self.white_xyz is not None,
@@ -239,7 +79,7 @@ class PaletteReflectance:
 
     def __post_init__(self) -> None:
         if self.spectrum is not None:
-            _require_kind(f"the spectrum of {self.name!r}", (self.spectrum,), Reflectance, "a Reflectance, or None")
+            require_kind(f"the spectrum of {self.name!r}", (self.spectrum,), Reflectance, "a Reflectance, or None")
 
     @property
     def free(self) -> bool:
@@ -297,13 +137,13 @@ class PaletteProblem:
 
     def __post_init__(self) -> None:
         for name in ("lights", "reflectances", "observers"):
-            object.__setattr__(self, name, _sequence(f"the {name} of a palette", getattr(self, name)))
+            object.__setattr__(self, name, sequence_of(f"the {name} of a palette", getattr(self, name)))
             if not getattr(self, name):
                 raise InvalidInputError(f"a palette needs at least one of its {name}; got none")
-        _require_kind("lights", self.lights, PaletteLight, "a PaletteLight")
-        _require_kind("reflectances", self.reflectances, PaletteReflectance, "a PaletteReflectance")
-        rows = _sequence("the cells of a palette", self.cells)
-        object.__setattr__(self, "cells", tuple(_sequence("a row of cells", row) for row in rows))
+        require_kind("lights", self.lights, PaletteLight, "a PaletteLight")
+        require_kind("reflectances", self.reflectances, PaletteReflectance, "a PaletteReflectance")
+        rows = sequence_of("the cells of a palette", self.cells)
+        object.__setattr__(self, "cells", tuple(sequence_of("a row of cells", row) for row in rows))
         self._check_cells()
         self._check_weights()
         for light in self.lights:
@@ -341,7 +181,7 @@ class PaletteProblem:
 
     def _check_weights(self) -> None:
         for name in ("smoothness", "robust_weight"):
-            object.__setattr__(self, name, _number(name, getattr(self, name)))
+            object.__setattr__(self, name, number_of(name, getattr(self, name)))
         if not isinstance(self.rounds, int | np.integer):
             raise InvalidInputError(f"rounds is {self.rounds!r}; expected a whole number")
         require_range("smoothness", self.smoothness, 0.0, 1e30)
@@ -355,10 +195,10 @@ class PaletteProblem:
             if getattr(self, name) not in choices:
                 raise InvalidInputError(f"{name} is {getattr(self, name)!r}; expected one of {', '.join(choices)}")
         for name in ("reflectance_bounds", "light_bounds"):
-            bounds = _sequence(name, getattr(self, name))
+            bounds = sequence_of(name, getattr(self, name))
             if len(bounds) != 2:
                 raise InvalidInputError(f"{name} are {bounds}; expected the lower and the upper one")
-            low, high = (_number(f"a bound of {name}", bound) for bound in bounds)
+            low, high = (number_of(f"a bound of {name}", bound) for bound in bounds)
             if not low < high:
                 raise InvalidInputError(f"{name} are ({low}, {high}); expected the lower one first")
 

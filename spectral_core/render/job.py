@@ -20,7 +20,8 @@ from spectral_core.render.plan.effects import EffectPlan
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.scene_path import ROULETTE_BOUNCES, PathSettings, scene_path
+from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, PathSettings
+from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator

@@ -9,13 +9,13 @@ primaries change matrices, never the form.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
+from spectral_core.palette.assemble.assembled import Assembled, weighted_roughness
+from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Row, Side, View
 from spectral_core.palette.assemble.wishes import Group, Target, Wishes
@@ -23,7 +23,6 @@ from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProble
 from spectral_core.palette.qp.quadratic import Block, Quadratic, RowKey
 from spectral_core.palette.worst_case import Shares
 from spectral_core.spectra.color import XYZ_FROM_RGB, lab_jacobian_from_linear_rgb
-from spectral_core.spectra.spectrum import SpectralGrid
 
 Array = NDArray[np.float64]
 
@@ -31,19 +30,6 @@ COLOR_NORM = np.sqrt(3.0)
 """Color rows are divided by √3 (below Eq. 5.13), so that one color counts like one spectrum's smoothness."""
 LAB_UNIT = 100.0
 """CIELAB rows are divided by this, so that weights mean about the same as in linear RGB."""
-
-
-@dataclass(frozen=True, eq=False)
-class Assembled:
-    """The quadratic of a side, and what its blocks and free colors stand for."""
-
-    side: Side
-    items: tuple[int, ...]
-    """Which light or reflectance each block is."""
-    quadratic: Quadratic
-    group_conditions: tuple[tuple[int, int], ...]
-    """(group, condition) of each free color."""
-    view: View
 
 
 class Assembler:
@@ -208,7 +194,7 @@ class Assembler:
     def roughness(self, side: Side) -> tuple[Array, Array]:
         """ω_D D (r, n) of a spectrum of a side that is designed on the grid, and its square (n, n)."""
         unit = REFERENCE_STEP_NM if side == "lights" else 1.0
-        return _weighted_roughness(self.problem.grid, self.problem.smoothness_operator, unit * self.wishes.smoothness)
+        return weighted_roughness(self.problem.grid, self.problem.smoothness_operator, unit * self.wishes.smoothness)
 
     def _subspace_rows(self, view: View, item: int) -> list[tuple[Array, Array, Array]]:
         criterion = self.problem.subspace
@@ -303,10 +289,3 @@ class Assembler:
             for target in self.wishes.blacks:
                 errors[condition, target.cell] = target.weight * float(np.linalg.norm(shown[condition][target.cell]))
         return errors
-
-
-@lru_cache(maxsize=64)
-def _weighted_roughness(grid: SpectralGrid, operator: str, weight: float) -> tuple[Array, Array]:
-    """ω_D D, and its square, of one spectrum."""
-    rows = weight * second_differences(grid, operator)
-    return rows, rows.T @ rows

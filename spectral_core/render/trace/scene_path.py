@@ -8,30 +8,12 @@ surfaces in shadows, limits by kind of bounce, clamping, and hits whose side is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
-from spectral_core.scene import UNLIMITED_PATHS, LightPaths, Rays
-
-ROULETTE_BOUNCES = 5
-"""Bounces from which on Russian roulette may end a path."""
-MOST_LAYERS = 1024
-"""Surfaces that a ray may pass straight through, whatever the scene allows."""
-
-
-@dataclass(frozen=True)
-class PathSettings:
-    """``bounces`` after the first surface; ``transparency``: whether shadow rays ask surfaces what they let through.
-
-    ``white``: radiance of a white of strength 1 in the transport's own unit, which clamping is relative to.
-    """
-
-    bounces: int
-    transparency: bool
-    limits: LightPaths = UNLIMITED_PATHS
-    white: float = 1.0
+from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
+from spectral_core.scene import Rays
 
 
 def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules) -> Any:

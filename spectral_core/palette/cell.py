@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A cell of a palette: what one material shall show under one light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.checks import frozen_array, require_finite, require_range
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.palette.given import CellIndex, cell_index_of, number_of, sequence_of
+
+Array = NDArray[np.float64]
+
+
+class CellMode(StrEnum):
+    """What a cell asks for."""
+
+    FIXED = "fixed"
+    FREE = "free"
+    SAME = "same"
+    BLACK = "black"
+    CONSTANT = "constant"
+    DISTINCT = "distinct"
+    IGNORE = "ignore"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """The wish for one reflectance under one light. Make one with the class methods; they name what each mode needs."""
+
+    mode: CellMode = CellMode.IGNORE
+    target: Array | None = None
+    """FIXED: linear RGB (3,)."""
+    others: tuple[CellIndex, ...] = ()
+    """SAME: the one cell to equal. CONSTANT: cells of the same row. DISTINCT: the cells to differ from."""
+    box: tuple[Array, Array] | None = None
+    """FREE, SAME, CONSTANT: least and greatest linear RGB, (3,) each, that the free color may take."""
+    weight: float = 1.0
+    exact: bool = False
+    """An equality instead of a weighted least-squares row."""
+
+    def __post_init__(self) -> None:
+        self._check_kinds()
+        if (self.target is not None) != (self.mode is CellMode.FIXED):
+            raise InvalidInputError(
+                f"a cell of mode {self.mode} with target {self.target}; 'fixed' and only it has one"
+            )
+        if self.target is not None:
+            object.__setattr__(self, "target", frozen_array("the target color of a cell", self.target, (3,)))
+        needs_others = self.mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)
+        if bool(self.others) != needs_others or (self.mode is CellMode.SAME and len(self.others) != 1):
+            raise InvalidInputError(
+                f"a cell of mode {self.mode} refers to {len(self.others)} other cells; 'same' takes one, 'constant' "
+                "and 'distinct' at least one, all other modes none"
+            )
+        if self.box is not None:
+            self._freeze_box(*self.box)
+        require_range("the weight of a cell", self.weight, 0.0, 1e30)
+
+    def _check_kinds(self) -> None:
+        """Refuse what is no mode, no number and no cell before anything is computed with it."""
+        try:
+            object.__setattr__(self, "mode", CellMode(self.mode))
+        except ValueError:
+            raise UnknownNameError.among("cell mode", str(self.mode), [mode.value for mode in CellMode]) from None
+        object.__setattr__(self, "weight", number_of("the weight of a cell", self.weight))
+        object.__setattr__(self, "others", tuple(cell_index_of(other) for other in sequence_of("others", self.others)))
+        if not isinstance(self.exact, (bool, np.bool_)):
+            raise InvalidInputError(f"exact of a cell is {self.exact!r}; expected True or False")
+
+    def _freeze_box(self, low: ArrayLike, high: ArrayLike) -> None:
+        if self.mode not in (CellMode.FREE, CellMode.SAME, CellMode.CONSTANT):
+            raise InvalidInputError(f"a cell of mode {self.mode} has a color box; only free colors are held in one")
+        ends = _box_end("the box's least color", low), _box_end("the box's greatest color", high)
+        if np.any(ends[0] > ends[1]):
+            raise InvalidInputError(f"the color box runs from {ends[0].tolist()} to {ends[1].tolist()}; swap its ends")
+        object.__setattr__(self, "box", ends)
+
+    @classmethod
+    def fixed(cls, linear_rgb: ArrayLike, *, weight: float = 1.0, exact: bool = False) -> Self:
+        """The color ``linear_rgb`` (3,)."""
+        return cls(CellMode.FIXED, _raw(linear_rgb), weight=weight, exact=exact)
+
+    @classmethod
+    def free(cls, box: tuple[ArrayLike, ArrayLike] | None = None, *, weight: float = 1.0, exact: bool = False) -> Self:
+        """Any color, or any color in ``box`` (least and greatest linear RGB)."""
+        return cls(CellMode.FREE, box=_box(box), weight=weight, exact=exact)
+
+    @classmethod
+    def same_as(
+        cls,
+        other: CellIndex,
+        *,
+        box: tuple[ArrayLike, ArrayLike] | None = None,
+        weight: float = 1.0,
+        exact: bool = False,
+    ) -> Self:
+        """The color of cell ``other`` = (reflectance, light), whatever that becomes (Eq. 5.15): a metamer."""
+        return cls(CellMode.SAME, others=(other,), box=_box(box), weight=weight, exact=exact)
+
+    @classmethod
+    def black(cls, *, weight: float = 1.0, exact: bool = False) -> Self:
+        """No color at all: a metameric black (section 5.4.4)."""
+        return cls(CellMode.BLACK, weight=weight, exact=exact)
+
+    @classmethod
+    def constant(cls, *others: CellIndex, weight: float = 1.0, exact: bool = False) -> Self:
+        """The color that this reflectance has in ``others``, cells of its own row: object color constancy."""
+        return cls(CellMode.CONSTANT, others=tuple(others), weight=weight, exact=exact)
+
+    @classmethod
+    def distinct_from(cls, *others: CellIndex, weight: float = 1.0) -> Self:
+        """As different as possible from ``others``."""
+        return cls(CellMode.DISTINCT, others=tuple(others), weight=weight)
+
+    @classmethod
+    def ignore(cls) -> Self:
+        """No wish."""
+        return cls()
+
+
+def _box(box: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array] | None:
+    if box is None:
+        return None
+    ends = sequence_of("the box of a cell", box)
+    if len(ends) != 2:
+        raise InvalidInputError(f"the box of a cell has {len(ends)} ends; expected the least and the greatest color")
+    return _raw(ends[0]), _raw(ends[1])
+
+
+def _raw(values: ArrayLike) -> Array:
+    """Numbers as given; ``Cell`` checks and freezes them."""
+    return values  # type: ignore[return-value]
+
+
+def _box_end(name: str, values: ArrayLike) -> Array:
+    """An end of a box, (3,): any number or an infinity, which leaves that side open; never NaN."""
+    try:
+        end = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be three numbers; {error}") from error
+    if end.shape != (3,):
+        raise InvalidInputError(f"{name} has shape {end.shape}; expected 3")
+    require_finite(name, np.where(np.isinf(end), 0.0, end))
+    end.setflags(write=False)
+    return end

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of what a palette is given: numbers, sequences, references to cells, kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+CellIndex = tuple[int, int]
+"""(reflectance, light): row and column of a cell."""
+
+
+def number_of(name: str, value: object) -> float:
+    if isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool):
+        return float(value)
+    raise InvalidInputError(f"{name} is {value!r}; expected a number")
+
+
+def sequence_of(name: str, values: object) -> tuple[Any, ...]:
+    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+        raise InvalidInputError(f"{name}: got {values!r}; expected a tuple")
+    return tuple(values)
+
+
+def cell_index_of(other: object) -> CellIndex:
+    """(reflectance, light) as two whole numbers."""
+    if isinstance(other, tuple | list) and len(other) == 2 and all(isinstance(k, int | np.integer) for k in other):
+        return int(other[0]), int(other[1])
+    raise InvalidInputError(f"a cell refers to {other!r}; expected (reflectance, light), two whole numbers")
+
+
+def require_kind(name: str, values: Iterable[object], kind: type | tuple[type, ...], expected: str) -> None:
+    for number, value in enumerate(values):
+        if not isinstance(value, kind):
+            raise InvalidInputError(f"{name}[{number}] is {value!r}; expected {expected}")
