@@ -126,7 +126,7 @@ class BlendNode:
 
     def describe(self) -> list[str]:
         """Lines of the plan."""
-        lines = ["each worker keeps the file open and the renderer warm; a swept number compiles nothing"]
+        lines = ["each worker keeps the file open and the renderer warm"]
         if self.relights:
             lines.append("only energies of lights are swept: a worker records them once and re-lights each point")
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
