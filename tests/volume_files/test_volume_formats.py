@@ -222,6 +222,6 @@ def test_tiff_folder_is_sorted_by_number(tmp_path):
 def test_tiff_colours_need_a_component(tmp_path):
     pages = np.random.default_rng(2).integers(0, 255, (5, 3, 4, 3)).astype(np.uint8)
     tifffile.imwrite(tmp_path / "rgb.tif", pages, photometric="rgb")
-    with pytest.raises(InvalidInputError, match="3 colour channels per voxel"):
+    with pytest.raises(InvalidInputError, match="3 color channels per voxel"):
         read_volume(tmp_path / "rgb.tif")
     check(read_volume(tmp_path / "rgb.tif", component=1), pages[..., 1].transpose(2, 1, 0), np.eye(4))
