@@ -9,8 +9,8 @@ from bpy_extras.io_utils import ExportHelper
 from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
-from ..editing.board.paths import full_path, number_at
-from .common import UNDOABLE, chosen_path, reporting
+from ..editing.board.paths import number_at
+from .common import UNDOABLE, chosen_path, paths_under_pointer, reporting
 
 
 def board_in(context: Context) -> PropertyGroup:
@@ -180,19 +180,11 @@ class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:
     """In the menu of every number: right click, Learn Fader."""
-    pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
-    if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:
-        return
-    block = pointer.id_data
-    try:
-        holder = "" if pointer == block else pointer.path_from_id() + "."
-    except ValueError:
-        return  # Blender gives no path to it
-    self.layout.separator()
-    for index in range(known.array_length) if known.is_array else (-1,):
-        axis = "" if index < 0 else f" {index + 1}"
+    for number, (axis, path) in enumerate(paths_under_pointer(context)):
+        if number == 0:
+            self.layout.separator()
         learn = self.layout.operator("spectral.board_learn", text=f"Learn Fader{axis}", icon="ARROW_LEFTRIGHT")
-        learn.target = full_path(block, holder + known.identifier, index)
+        learn.target = path
 
 
 CLASSES = (

@@ -2,7 +2,7 @@
 """Functions that several operators share."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,8 @@ import bpy
 from bpy.types import Context, Operator, PropertyGroup
 
 from spectral_core.errors import InvalidInputError, SpectralError
+
+from ..editing.board.paths import full_path
 
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; None where it finished."""
@@ -28,6 +30,20 @@ def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
             return {"CANCELLED"}
 
     return reported
+
+
+def paths_under_pointer(context: Context) -> Iterator[tuple[str, str]]:
+    """Each number of the control under the pointer: what to append to its entry in a menu, and its full path."""
+    pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
+    if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:
+        return
+    block = pointer.id_data
+    try:
+        holder = "" if pointer == block else pointer.path_from_id() + "."
+    except ValueError:
+        return  # Blender gives no path to it
+    for index in range(known.array_length) if known.is_array else (-1,):
+        yield "" if index < 0 else f" {index + 1}", full_path(block, holder + known.identifier, index)
 
 
 def palette_in(context: Context) -> PropertyGroup:

@@ -8,9 +8,8 @@ from bpy.types import Context, Event
 from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
-from ..editing.board.paths import full_path
 from ..editing.sweep_points import keyframe_path, set_point
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, paths_under_pointer, reporting
 
 
 class SPECTRAL_OT_sweep_add(bpy.types.Operator):
@@ -157,18 +156,9 @@ class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:
     """In the menu of every number: right click, Add to Sweep."""
-    pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
-    if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:
-        return
-    block = pointer.id_data
-    try:
-        holder = "" if pointer == block else pointer.path_from_id() + "."
-    except ValueError:
-        return  # Blender gives no path to it
-    for index in range(known.array_length) if known.is_array else (-1,):
-        axis = "" if index < 0 else f" {index + 1}"
+    for axis, path in paths_under_pointer(context):
         added = self.layout.operator("spectral.sweep_add", text=f"Add to Sweep{axis}", icon="GRAPH")
-        added.target = full_path(block, holder + known.identifier, index)
+        added.target = path
 
 
 CLASSES = (

@@ -92,6 +92,9 @@ class Sweep:
         new = len(keys) - reused
         lines = [f"{len(keys)} points over {', '.join(project.space.names)} ({project.design.kind})", *notes,
                  f"{new} to compute, {reused} done already", *describe(self.node)]  # fmt: skip
+        if budget is not None and len(keys) > budget:
+            lines.append(f"the folder holds {len(keys)} points already, and a budget of {budget} takes none away; "
+                         "name another folder for fewer")  # fmt: skip
         if each is not None and new:
             lines.append(f"about {each * new:.0f} s with one worker ({each:.2f} s per point so far)")
         return SweepPlan(keys, new, reused, tuple(lines), None if each is None else each * new)

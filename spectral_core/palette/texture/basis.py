@@ -17,7 +17,7 @@ from scipy.optimize import linprog
 
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, reachable_scales
+from spectral_core.palette.texture.reach import corner_colors, reachable_scales
 
 Array = NDArray[np.float64]
 
@@ -172,9 +172,3 @@ class _Constraints:
             method="highs",
         )  # fmt: skip
         return np.zeros_like(spectra) if answer.status != 0 else np.asarray(answer.x[:-1].reshape(spectra.shape))
-
-
-def evaluate_reflectances(basis: TextureBasis, weights: ArrayLike) -> Array:
-    """Reflectances (..., n) on the texture's grid of texels with ``weights`` (..., K)."""
-    assert basis.spectra.shape[1] == TEXTURE_GRID.size
-    return np.asarray(np.asarray(weights, dtype=np.float64) @ basis.spectra)
