@@ -42,8 +42,9 @@ def run(options: Options) -> dict[str, Any]:
     done = subprocess.run(tests, cwd=clone, capture_output=True, text=True, env=_environment())
     last_line = (done.stdout.strip().splitlines() or [""])[-1]
     figures: dict[str, Any] = {
-        "kills": len(moments), "moments_s": [round(moment, 1) for moment in moments], "whole_set_up_s": round(whole_s, 1),
-        "seed": SEED, "broken_packages": differing, "tests": last_line, "test_status": done.returncode,
+        "kills": len(moments), "moments_s": [round(moment, 1) for moment in moments], "seed": SEED,
+        "whole_set_up_s": round(whole_s, 1), "broken_packages": differing,
+        "tests": last_line, "test_status": done.returncode,
     }  # fmt: skip
     figures["holds"] = {"11.9 interrupted set-ups leave nothing broken": done.returncode == 0 and not differing}
     for name, value in figures.items():
