@@ -108,7 +108,9 @@ def _dressed(number):
     lights = (replace(scene.lights[0], color=Color(gray)), scene.lights[1])
     placed = [replace(scene.instances[0], name=str(k), materials=("m",), color=(0.1 * number, 0, 0, 1)) for k in (0, 1)]
     turned = replace(placed[1], world_from_object=matrix((0, 0, -0.1 * number), 0.5), index=number)
-    return replace(scene, lights=lights, world=world, materials=(Material("m", surface),), instances=(placed[0], turned))
+    return replace(
+        scene, lights=lights, world=world, materials=(Material("m", surface),), instances=(placed[0], turned)
+    )
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
