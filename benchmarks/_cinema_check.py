@@ -88,7 +88,9 @@ def problems(folder: Path) -> list[str]:
     files = [str(name).startswith("FILE") for name in header]
     if sorted(files) != files:
         found.append("a column follows a FILE column")
-    found += [f"row {k} has {len(row)} fields of {len(header)}" for k, row in enumerate(rows) if len(row) != len(header)]
+    found += [
+        f"row {k} has {len(row)} fields of {len(header)}" for k, row in enumerate(rows) if len(row) != len(header)
+    ]
     if found:
         return found
     for column, name in enumerate(header):

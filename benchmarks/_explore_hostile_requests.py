@@ -19,10 +19,22 @@ from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.sweep import Sweep
 
-_TARGETS = ["/page", "/api/sample", "/api/derive", "/api/label", "/api/apply", "/api/render", "/api/status", "/api/distance"]
-_GETS = ["/image/../project.json", "/image/%2e%2e/ledger.sqlite", "/image/..%2f..%2f..%2fetc%2fpasswd", "/project.json", "/data.csv",
-         "//etc/passwd", "/image//etc/passwd", "/image/%00.png", "/image/link.png", "/api/status", "/page", "/../x", "image/x.png",
-         "http://example.com/", "/image/" + "a" * 3000 + ".png", "/image/..\\..\\x.png", "/%", "/image/%ff%fe.png", "*"]  # fmt: skip
+_TARGETS = [
+    "/page",
+    "/api/sample",
+    "/api/derive",
+    "/api/label",
+    "/api/apply",
+    "/api/render",
+    "/api/status",
+    "/api/distance",
+]
+_GETS = ["/image/../project.json", "/image/%2e%2e/ledger.sqlite", "/image/..%2f..%2f..%2fetc%2fpasswd",
+"/project.json", "/data.csv",
+         "//etc/passwd", "/image//etc/passwd", "/image/%00.png", "/image/link.png", "/api/status", "/page", "/../x",
+         "image/x.png",
+         "http://example.com/", "/image/" + "a" * 3000 + ".png", "/image/..\\..\\x.png", "/%", "/image/%ff%fe.png",
+         "*"]  # fmt: skip
 
 
 def measure_requests(count: int) -> dict[str, Any]:
@@ -69,11 +81,15 @@ def _measured(folder: Path, count: int) -> dict[str, Any]:
 
 def _strangers(server: PageServer, tally: Counter[str], wrong: list[str]) -> None:
     token, own = server.token, f"127.0.0.1:{server.server_port}"
-    bad: list[dict[str, str]] = [{}, {"X-Explore-Token": ""}, {"X-Explore-Token": token[:-1]}, {"X-Explore-Token": token + "x"},
-                                 {"X-Explore-Token": "é"}, {"Authorization": f"Bearer {token}"}, {"Cookie": f"token={token}"}]  # fmt: skip
+    bad: list[dict[str, str]] = [{}, {"X-Explore-Token": ""}, {"X-Explore-Token": token[:-1]},
+        {"X-Explore-Token": token + "x"},
+                                 {"X-Explore-Token": "é"}, {"Authorization": f"Bearer {token}"},
+                                 {"Cookie": f"token={token}"}]  # fmt: skip
     bad += [{"X-Explore-Token": token, **one} for one in (
-        {"Origin": "https://example.com"}, {"Origin": "null"}, {"Origin": f"https://{own}"}, {"Origin": f"http://{own}.example.com"},
-        {"Sec-Fetch-Site": "cross-site"}, {"Sec-Fetch-Site": "same-site"}, {"Host": "example.com"}, {"Host": f"example.com:{server.server_port}"},
+        {"Origin": "https://example.com"}, {"Origin": "null"}, {"Origin": f"https://{own}"},
+        {"Origin": f"http://{own}.example.com"},
+        {"Sec-Fetch-Site": "cross-site"}, {"Sec-Fetch-Site": "same-site"}, {"Host": "example.com"},
+        {"Host": f"example.com:{server.server_port}"},
         {"Host": "127.0.0.1"}, {"Host": ""}, {"Origin": ""})]  # fmt: skip
     for headers in bad:
         for target in _TARGETS:
@@ -90,7 +106,19 @@ def _strangers(server: PageServer, tally: Counter[str], wrong: list[str]) -> Non
 
 
 def _nonsense(server: PageServer, count: int, tally: Counter[str], wrong: list[str]) -> None:
-    bodies = [b"", b"[]", b"null", b"7", b"{", b"\xff\xfe", b"[" * 100_000, b'{"a":' * 50_000, b'"x"', b"NaN", b'{"key": NaN}']
+    bodies = [
+        b"",
+        b"[]",
+        b"null",
+        b"7",
+        b"{",
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b'{"a":' * 50_000,
+        b'"x"',
+        b"NaN",
+        b'{"key": NaN}',
+    ]
     for body in bodies:
         for target in _TARGETS:
             if target != "/api/render" and (body != b"" or target not in ("/page", "/api/status")):
@@ -128,7 +156,12 @@ def _expect(
 
 def _send(server: PageServer, method: str, path: str, body: bytes, headers: dict[str, str]) -> bytes:
     """The whole answer to one request, written to the socket as it stands."""
-    given = {"Host": f"127.0.0.1:{server.server_port}", "Content-Length": str(len(body)), "Connection": "close", **headers}
+    given = {
+        "Host": f"127.0.0.1:{server.server_port}",
+        "Content-Length": str(len(body)),
+        "Connection": "close",
+        **headers,
+    }
     lines = [f"{method} {path} HTTP/1.1", *(f"{name}: {value}" for name, value in given.items()), "", ""]
     said = b""
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as link:

@@ -125,7 +125,9 @@ def _expressions(count: int) -> dict[str, Any]:
 
 
 def _constraints(count: int) -> dict[str, Any]:
-    space = Space((Parameter("a"), Parameter("b", 1, 9, scale="log"), Parameter("name", choices=("x", "y"), kind="choice")))
+    space = Space(
+        (Parameter("a"), Parameter("b", 1, 9, scale="log"), Parameter("name", choices=("x", "y"), kind="choice"))
+    )
     tally, wrong = Counter[str](), list[str]()
     tracemalloc.start()
     with warnings.catch_warnings():
@@ -133,7 +135,9 @@ def _constraints(count: int) -> dict[str, Any]:
         for text in hostile.expressions(count, seed=9):
             for whole in (text, f"{text} <= 1", f"a <= {text}"):
                 tally["tried"] += 1
-                made = _tried(lambda given: [one.row(space) for one in parse_constraint(given, space)], whole, tally, wrong)
+                made = _tried(
+                    lambda given: [one.row(space) for one in parse_constraint(given, space)], whole, tally, wrong
+                )
                 tally["linear"] += made is not None
     tracemalloc.stop()
     return {**tally, "wrong": wrong[:10]}
@@ -160,9 +164,13 @@ def _cells(count: int, out: Path) -> dict[str, Any]:
     (folder / "data.csv").write_text(csv_text(["x", "note"], rows), encoding="utf-8", newline="")
     wrong += problems(folder)
     cells = [row[1] or "" for row in parse((folder / "data.csv").read_bytes().decode())[1:]]
-    wrong += [f"a formula: {cell[:60]!r}" for cell in cells if cell[:1] in tuple("=+-@\t\r\n") and kind_of(cell) == "string"]
+    wrong += [
+        f"a formula: {cell[:60]!r}" for cell in cells if cell[:1] in tuple("=+-@\t\r\n") and kind_of(cell) == "string"
+    ]
     back = [str(row["note"] or "") for row in read_csv(folder / "data.csv")[1]]
-    wrong += [f"read back as {b[:40]!r}: {a[:40]!r}" for a, b in zip(given, back, strict=True) if a.replace("\0", "") != b]
+    wrong += [
+        f"read back as {b[:40]!r}: {a[:40]!r}" for a, b in zip(given, back, strict=True) if a.replace("\0", "") != b
+    ]
     keys = [f"k{number}" for number in range(len(given))]
     values = {"x": [row["x"] for row in rows], "note": given}
     clean = _elements(page_html(PageTable("t", "t", {**values, "note": ["plain"] * len(given)}, keys)))
@@ -177,7 +185,12 @@ def _cells(count: int, out: Path) -> dict[str, Any]:
     if find_browser() is not None:
         checked.append("Chromium")
         wrong += _in_browser(write_page(out / "cells.html", table))
-    return {"tried": len(given), "escaped_in_csv": sum(cell.startswith("'") for cell in cells), "checked_by": checked, "wrong": wrong[:10]}
+    return {
+        "tried": len(given),
+        "escaped_in_csv": sum(cell.startswith("'") for cell in cells),
+        "checked_by": checked,
+        "wrong": wrong[:10],
+    }
 
 
 def _elements(page: str) -> Counter[str]:
@@ -200,7 +213,9 @@ def _in_browser(path: Path) -> list[str]:
         if page.run("document.querySelectorAll('iframe, svg, b, body img').length") or not before:
             wrong.append("a text became an element")
         cells = [cell or "" for row in parse(page.run("explorer.csv()"))[1:] for cell in row]
-        wrong += [f"exported formula {c[:40]!r}" for c in cells if c[:1] in tuple("=+-@\t\r\n") and kind_of(c) == "string"]
+        wrong += [
+            f"exported formula {c[:40]!r}" for c in cells if c[:1] in tuple("=+-@\t\r\n") and kind_of(c) == "string"
+        ]
         wrong += page.errors
     return wrong
 
@@ -256,7 +271,11 @@ def _file_names() -> dict[str, Any]:
         (folder / "image" / "link.png").symlink_to(Path(name) / "secret.png")
         for text in hostile.FILE_NAMES:
             (folder / "data.csv").write_text(csv_text(["a", "FILE"], [{"a": 1.0, "FILE": text}]), encoding="utf-8")
-            for check in (lambda given: inside(folder, given), lambda _: read_csv(folder / "data.csv"), require_file_name):
+            for check in (
+                lambda given: inside(folder, given),
+                lambda _: read_csv(folder / "data.csv"),
+                require_file_name,
+            ):
                 tally["tried"] += 1
                 try:
                     found = check(text)

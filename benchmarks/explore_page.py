@@ -126,7 +126,9 @@ def _cinema(out: Path) -> dict[str, Any]:
         found: dict[str, Any] = {"rows": len(rows), "problems": problems(store.folder)}
         read = by_pycinema(store.folder.resolve())
         if read is None:
-            print("pycinema is not installed; name a Python that has it in PYCINEMA_PYTHON. Its reading is not measured")
+            print(
+                "pycinema is not installed; name a Python that has it in PYCINEMA_PYTHON. Its reading is not measured"
+            )
             return found | {"pycinema": None}
         return found | {"pycinema": _equals(read, rows), "pycinema_pictures": len(read["shapes"])}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 import sys
 import tempfile
 import threading
@@ -25,42 +24,12 @@ from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.files.whole import write_text
 
 from .sweep_points import set_point
+from .sweep_run import Run
 from .sweep_settings import setting_at
 
 POLL_S = 0.5
 _run: Run | None = None
 _server: PageServer | None = None
-
-
-class Run:
-    """A sweep on its way in another process; ``finish`` takes its last words."""
-
-    def __init__(self, command: list[str], folder: Path, total: int) -> None:
-        self.folder, self.total, self.started = folder, total, time.monotonic()
-        self.log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        self.process = subprocess.Popen(command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
-
-    def done(self) -> int:
-        """Points that the ledger holds, finished."""
-        if not (self.folder / "project.json").is_file():
-            return 0
-        with Store.open(self.folder) as store:
-            return len(store.ledger.rows("done"))
-
-    def words(self) -> str:
-        """Output of the process so far."""
-        self.log.seek(0)
-        return self.log.read().decode("utf-8", "replace")
-
-    def cancel(self) -> None:
-        """End the process; points that are computed stay."""
-        if self.process.poll() is None:
-            self.process.terminate()
-            try:
-                self.process.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
 
 
 def running() -> Run | None:

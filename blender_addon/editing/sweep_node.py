@@ -30,7 +30,11 @@ from .sweep_settings import setting_at
 
 PACKAGE = __package__.rpartition(".")[0]
 LIGHT_PATH = "bpy.data.lights["
-SAMPLES_PATH, SEED_PATH, SIZE_PATH = ".spectral.render.samples", ".spectral.render.seed", ".render.resolution_percentage"
+SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
+    ".spectral.render.samples",
+    ".spectral.render.seed",
+    ".render.resolution_percentage",
+)
 
 
 @dataclass(frozen=True)

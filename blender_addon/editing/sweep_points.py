@@ -33,7 +33,7 @@ def keyframe_path(scene: Scene, chosen: list[Row], step: int) -> int:
     settings = {entry.label: setting_at(entry.name) for entry in scene.spectral.sweep.parameters}
     missing = [name for row in chosen for name in row.parameters if name not in settings]
     if missing:
-        raise InvalidInputError(f"the scene does not sweep {missing[0]!r} any more; add it again to keyframe this path")
+        raise InvalidInputError(f"the scene does not sweep {missing[0]!r} any more; add it again to keyframe it")
     for place, row in enumerate(chosen):
         for name, value in row.parameters.items():
             settings[name].write(value)

@@ -44,7 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=W",
         help='of --distance, such as lab_a=1 contrast=0.5; "pictures" weighs the pictures',
     )
-    parser.add_argument("--norm", type=float, default=2.0, metavar="P", help="of --distance: 1, 2, … or inf (default 2)")
+    parser.add_argument(
+        "--norm", type=float, default=2.0, metavar="P", help="of --distance: 1, 2, … or inf (default 2)"
+    )
     parser.add_argument(
         "--embed", choices=["cosine", "centered", "gaussian", "simplex"], help="add embed_1 and embed_2"
     )

@@ -32,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--plan", action="store_true", help="say what would be computed, write nothing, and stop")
     parser.add_argument(
-        "--pending", action="store_true", help="compute what the folder lists and lacks, such as points added by its page"
+        "--pending",
+        action="store_true",
+        help="compute what the folder lists and lacks, such as points added by its page",
     )
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")
     parser.add_argument("--retry", action="store_true", help="try points again that were set aside")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Switches, lists, colors and whole numbers of a .blend are swept like numbers; pictures are shown as the file shows."""
+"""Switches, lists, colors and whole numbers of a .blend are swept too; pictures are shown as the file shows them."""
 
 from __future__ import annotations
 
@@ -115,7 +115,8 @@ def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, t
     (tmp_path / "sweep.png").write_bytes(agx.shown[""])
     (tmp_path / "srgb.png").write_bytes(display_png(plain.pictures[""]))
     levels = {
-        name: np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB"), int) for name in ("sweep", "check", "srgb")
+        name: np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB"), int)
+        for name in ("sweep", "check", "srgb")
     }
     assert np.abs(levels["sweep"] - levels["check"]).max() <= 1  # Blender dithers 8-bit pictures by up to a level
     assert np.abs(levels["sweep"] - levels["srgb"]).max() > 10

@@ -4,7 +4,7 @@
 
 ``blender --factory-startup --python window_drive.py``; SPECTRAL_PATHS holds folders for sys.path, SPECTRAL_FOLDER an
 empty folder, SPECTRAL_HOLD seconds to keep the window open at the end, for a screenshot. Prints RESULT and JSON.
-``blender --python window_drive.py`` with SPECTRAL_EXTENSION=bl_ext.user_default.spectral_scene drives the installed zip.
+With SPECTRAL_EXTENSION=bl_ext.user_default.spectral_scene, and without --factory-startup, it drives the installed zip.
 """
 
 import json
@@ -16,9 +16,9 @@ from types import SimpleNamespace
 
 sys.path[:0] = [entry for entry in os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep) if entry]
 
-import bpy
-
 from importlib import import_module
+
+import bpy
 
 NAME = os.environ.get("SPECTRAL_EXTENSION", "blender_addon")
 extension, panels = import_module(NAME), import_module(NAME + ".panels.sweep")

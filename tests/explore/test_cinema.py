@@ -49,8 +49,8 @@ def test_the_checker_knows_what_is_wrong(tmp_path: Path) -> None:
     folder.mkdir()
     wrong = {
         "a,b\n1,2\n3,x\n": "mixes", "a\n1\nNaN\n": "mixes", "a,a\n1,2\n": "one name", "FILE,a\nx,1\n": "follows",
-        "a,b\n1\n": "fields", "a\n": "no data row", 'a\n"x\n': "no end", 'a\n"x"y\n': "after a field", "1\n2\n": "no string",
-        "a,FILE\n1,gone.png\n": "missing",
+        "a,b\n1\n": "fields", "a\n": "no data row", 'a\n"x\n': "no end", 'a\n"x"y\n': "after a field",
+        "1\n2\n": "no string", "a,FILE\n1,gone.png\n": "missing",
     }  # fmt: skip
     for text, said in wrong.items():
         (folder / "data.csv").write_text(text)

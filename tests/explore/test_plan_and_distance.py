@@ -23,10 +23,14 @@ from tests.explore.test_sweep import opened, sweep_file
 
 
 def listing(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file() and "sqlite" not in p.name}
+    return {
+        str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file() and "sqlite" not in p.name
+    }
 
 
-def test_a_plan_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     path = sweep_file(tmp_path, budget=9)
     assert main(["sweep", str(path), "--plan", "--json"]) == 0
@@ -104,5 +108,7 @@ def test_workers_that_do_not_see_the_folder_send_their_files_back(tmp_path: Path
         assert problems(sweep.store.folder) == []
         rows = sweep.store.ledger.rows("done")
         assert len(rows) == 5 and not list((sweep.store.folder / "outcome").iterdir())
-        contents.append([(r.key, r.outcome, read_linear(sweep.store.folder / r.files["FILE_linear"]).tolist()) for r in rows])
+        contents.append(
+            [(r.key, r.outcome, read_linear(sweep.store.folder / r.files["FILE_linear"]).tolist()) for r in rows]
+        )
     assert contents[0] == contents[1]

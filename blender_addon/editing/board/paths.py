@@ -89,7 +89,7 @@ def block_at(path: str) -> tuple[ID, str]:
 
 
 def place_in(block: ID, rest: str) -> Number | None:
-    """The property of a data-block at the rest of a full data path, whatever it holds; None where nothing can be set."""
+    """The property of a data-block at the rest of a full data path, of any kind; None where nothing can be set."""
     rest = rest.removeprefix(".")
     indexed = _INDEXED.fullmatch(rest)
     place, index = (indexed[1], int(indexed[2])) if indexed else (rest, None)
