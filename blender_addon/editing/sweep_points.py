@@ -28,7 +28,7 @@ def set_point(scene: Scene, values: Mapping[str, Any]) -> None:
 
 
 def keyframe_path(scene: Scene, chosen: list[Row], step: int) -> int:
-    """Keyframe the swept settings through rows, ``step`` frames apart from the present frame; returns the last frame."""
+    """Keyframe the settings through rows, ``step`` frames apart from the present frame; returns the last frame."""
     frame = scene.frame_current
     settings = {entry.label: setting_at(entry.name) for entry in scene.spectral.sweep.parameters}
     missing = [name for row in chosen for name in row.parameters if name not in settings]
