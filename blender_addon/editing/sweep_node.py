@@ -119,8 +119,9 @@ class BlendNode:
             setting.require_taken(depsgraph, parameters[name])
         scene = translate_scene(depsgraph)
         film: Film = scene.film if self._sweeps(SEED_PATH) else replace(scene.film, seed=seed)
-        own = self.samples is None or self._sweeps(SAMPLES_PATH)
-        return replace(scene, film=film if own else replace(film, samples=self.samples))
+        if self.samples is not None and not self._sweeps(SAMPLES_PATH):
+            film = replace(film, samples=self.samples)
+        return replace(scene, film=film)
 
     def _sweeps(self, ending: str) -> bool:
         """Whether a render setting is swept, which the sweep's own then leaves alone."""
