@@ -7,9 +7,23 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+import numpy as np
+
+from spectral_core.checks import require_range
 from spectral_core.scene.paint import Color, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.spectra.spectrum import Spectrum
+
+LARGEST = 1e38
+"""Beyond it nothing is left of a number in 32 bits."""
+
+
+def _refuse_what_is_no_number(item: Any) -> None:
+    """Raise InvalidInputError that names the first NaN or infinity among the plain numbers of a closure or medium."""
+    for name in type(item).__slots__:
+        value = getattr(item, name)
+        if isinstance(value, (int, float, np.number)):
+            require_range(f"{type(item).__name__} {name.replace('_', ' ')}", float(value), -LARGEST, LARGEST)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +33,8 @@ class Diffuse:
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.0
     normal: Computed | None = None
+
+    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +53,8 @@ class Glossy:
     distribution: Literal["ggx", "beckmann"] = "ggx"
     normal: Computed | None = None
 
+    __post_init__ = _refuse_what_is_no_number
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glass:
@@ -47,6 +65,8 @@ class Glass:
     ior: float | Spectrum = 1.5
     normal: Computed | None = None
     reflects: bool = True
+
+    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +87,8 @@ class Toon:
     glossy: bool = False
     normal: Computed | None = None
 
+    __post_init__ = _refuse_what_is_no_number
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Metal:
@@ -80,6 +102,8 @@ class Metal:
     tangent: Computed | None = None
     multiple_scattering: bool = True
     normal: Computed | None = None
+
+    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +119,8 @@ class Emission:
 
     color: Paint = field(default_factory=lambda: gray(1.0))
     strength: Scalar = 1.0
+
+    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,6 +149,8 @@ class Principled:
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
 
+    __post_init__ = _refuse_what_is_no_number
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MixSurface:
@@ -131,6 +159,8 @@ class MixSurface:
     factor: Scalar
     first: Surface
     second: Surface
+
+    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -246,6 +276,11 @@ class ScatteringMedium:
     anisotropy: float = 0.0
     emission_color: Paint = field(default_factory=lambda: gray(1.0))
     emission_strength: float = 0.0
+
+    def __post_init__(self) -> None:
+        _refuse_what_is_no_number(self)
+        require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
+        require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
