@@ -76,7 +76,8 @@ class Reader:
         """A number that a closure takes; 0 with a Note for one that is none."""
         if abs(value) <= LARGEST:
             return value
-        self.note(f"{place.node.name}: {place.socket.name} is {value:g}, which no light can be computed from; 0 was used")
+        what = f"{place.node.name}: {place.socket.name} is {value:g}"
+        self.note(f"{what}, which no light can be computed from; 0 was used")
         return 0.0
 
     def factor(self, place: Input | None, fallback: float) -> Scalar:
