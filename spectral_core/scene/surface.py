@@ -18,27 +18,31 @@ LARGEST = 1e38
 """Beyond it nothing is left of a number in 32 bits."""
 
 
-def _refuse_what_is_no_number(item: Any) -> None:
-    """Raise InvalidInputError that names the first NaN or infinity among the plain numbers of a closure or medium."""
-    for name in type(item).__slots__:
-        value = getattr(item, name)
-        if isinstance(value, (int, float, np.number)):
-            require_range(f"{type(item).__name__} {name.replace('_', ' ')}", float(value), -LARGEST, LARGEST)
+class _Numbers:
+    """Closures and media: plain numbers in them are finite."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError that names the first number that is NaN or infinite."""
+        names: tuple[str, ...] = type(self).__slots__
+        for name in names:
+            value = getattr(self, name)
+            if isinstance(value, (int, float, np.number)):
+                require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), -LARGEST, LARGEST)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Diffuse:
+class Diffuse(_Numbers):
     """Lambertian; Oren-Nayar where ``roughness`` is over 0."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
     roughness: Scalar = 0.0
     normal: Computed | None = None
 
-    __post_init__ = _refuse_what_is_no_number
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glossy:
+class Glossy(_Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
     ``multiple_scattering``: whether light that bounces between facets is kept (Blender's Multiscatter GGX) or lost.
@@ -53,11 +57,9 @@ class Glossy:
     distribution: Literal["ggx", "beckmann"] = "ggx"
     normal: Computed | None = None
 
-    __post_init__ = _refuse_what_is_no_number
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glass:
+class Glass(_Numbers):
     """Dielectric that reflects and refracts by Fresnel; ``ior`` a number, or a spectrum where it disperses."""
 
     color: Paint = field(default_factory=lambda: gray(1.0))
@@ -65,8 +67,6 @@ class Glass:
     ior: float | Spectrum = 1.5
     normal: Computed | None = None
     reflects: bool = True
-
-    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +78,7 @@ class Translucent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Toon:
+class Toon(_Numbers):
     """A lobe with a hard or soft edge around the normal or, ``glossy``, around the mirrored direction."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -87,11 +87,9 @@ class Toon:
     glossy: bool = False
     normal: Computed | None = None
 
-    __post_init__ = _refuse_what_is_no_number
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Metal:
+class Metal(_Numbers):
     """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021)."""
 
     color: Paint = field(default_factory=lambda: gray(0.6))
@@ -103,8 +101,6 @@ class Metal:
     multiple_scattering: bool = True
     normal: Computed | None = None
 
-    __post_init__ = _refuse_what_is_no_number
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transparent:
@@ -114,17 +110,15 @@ class Transparent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Emission:
+class Emission(_Numbers):
     """Emits ``color · strength`` as radiance: (1, 1, 1) · 1 is a white pixel of value 1 seen directly."""
 
     color: Paint = field(default_factory=lambda: gray(1.0))
     strength: Scalar = 1.0
 
-    __post_init__ = _refuse_what_is_no_number
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Principled:
+class Principled(_Numbers):
     """Blender's Principled BSDF, the part of it that is understood; the names are those of its sockets."""
 
     base_color: Paint = field(default_factory=lambda: gray(0.8))
@@ -149,18 +143,14 @@ class Principled:
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
 
-    __post_init__ = _refuse_what_is_no_number
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MixSurface:
+class MixSurface(_Numbers):
     """``first`` with probability 1 - factor, ``second`` with probability factor."""
 
     factor: Scalar
     first: Surface
     second: Surface
-
-    __post_init__ = _refuse_what_is_no_number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -262,7 +252,7 @@ def programs_of(surface: Surface | None) -> Iterator[Program]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ScatteringMedium:
+class ScatteringMedium(_Numbers):
     """Homogeneous participating medium inside a closed mesh, per scene unit of length.
 
     ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
@@ -278,7 +268,7 @@ class ScatteringMedium:
     emission_strength: float = 0.0
 
     def __post_init__(self) -> None:
-        _refuse_what_is_no_number(self)
+        _Numbers.__post_init__(self)  # slots make another class of this one, which super() would not know
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
 

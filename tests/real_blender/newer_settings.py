@@ -4,15 +4,13 @@
 import importlib
 import sys
 
-
 import bpy
 import numpy as np
-
 
 addon = next(name for name in sys.modules if name.endswith("spectral_scene"))
 compat = importlib.import_module(f"{addon}.compat")
 translate_scene = importlib.import_module(f"{addon}.translate.scene").translate_scene
-from spectral_core.scene import programs_of
+programs_of = importlib.import_module("spectral_core.scene").programs_of
 
 scene = bpy.context.scene
 bpy.ops.mesh.primitive_plane_add()
