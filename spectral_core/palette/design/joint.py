@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembled, Assembler
+from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.design.joint_rows import Rows, collected, known_colors
 from spectral_core.palette.qp.arrow import median_weight
-from spectral_core.palette.qp.quadratic import Block, RowKey
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Slopes = tuple[Array, Array, Array]
 """Color of each row, and its slopes by reflectance and by light."""
 
@@ -35,23 +34,7 @@ class Joint:
     lower: Array
     upper: Array
     start: Array
-    surface_of: Index
-    """(m,): number of each row's designed reflectance; -1 where it is given."""
-    light_of: Index
-    observer_of: Index
-    surface_slopes: Array
-    """(m, 3, n): color by reflectance where the light is given; 0 elsewhere."""
-    light_slopes: Array
-    """(m, 3, n): color by light where the reflectance is given; 0 elsewhere."""
-    metric: Array
-    """(m, 3, 3): what a row's color is multiplied by."""
-    targets: Array
-    """(m, 3), already in the metric."""
-    ties: Array
-    """(m, 3, q)."""
-    weights: Array
-    """(m,): squared; those of exact rows are set by ``exact_weight``."""
-    exact: NDArray[np.bool_]
+    rows: Rows
     known: tuple[Array, Array, Array]
     """Ties, targets and weights of colors that nothing designed shows."""
     grams: tuple[Array, Array]
@@ -73,14 +56,13 @@ class Joint:
         if extra or any(light.free and light.primaries for light in problem.lights):
             return None
         columns = {key: n for n, key in enumerate(dict.fromkeys(sides[0].group_conditions + sides[1].group_conditions))}
-        rows = _Rows(sides[0], sides[1], columns, problem.grid.size)
         n, count = problem.grid.size, 3 * len(columns)
         boxes = np.full((2, len(columns), 3), np.inf)
         boxes[0] = -np.inf
         for (number, condition), column in columns.items():
             if condition == 0:
                 boxes[:, column] = assembler.wishes.groups[number].box
-        known = _known_colors(assembler, state, columns, boxes)
+        known = known_colors(assembler, state, columns, boxes)
         colors = np.zeros((len(columns), 3))
         for side in sides[::-1]:
             quadratic = side.quadratic
@@ -98,7 +80,7 @@ class Joint:
             [colors.ravel(), *(state.reflectances[i] for i in surfaces), *(state.lights[j] for j in lights)]
         )
         return cls(
-            state, surfaces, lights, count, *ends, start, *rows.arrays(), known,
+            state, surfaces, lights, count, ends[0], ends[1], start, collected(sides[0], sides[1], columns, n), known,
             (assembler.roughness("reflectances")[1], assembler.roughness("lights")[1]),
             median_weight(sides[0].quadratic)[0],
         )  # fmt: skip
@@ -112,30 +94,30 @@ class Joint:
         """Color of each row (m, 3), and its slopes by reflectance and by light, (m, 3, n) each, in the metric."""
         kernel = self.state.kernel
         _, surfaces, lights = self.split(x)
-        both = (self.surface_of >= 0) & (self.light_of >= 0)
-        by_surface, by_light = self.surface_slopes.copy(), self.light_slopes.copy()
+        both = (self.rows.surface_of >= 0) & (self.rows.light_of >= 0)
+        by_surface, by_light = self.rows.surface_slopes.copy(), self.rows.light_slopes.copy()
         if both.any():
-            seen = self.observer_of[both]
-            by_surface[both] = kernel.matrices(lights)[seen, self.light_of[both]]
-            by_light[both] = kernel.matrices(surfaces)[seen, self.surface_of[both]]
-        own = self.surface_of >= 0
-        shown = np.zeros((len(self.targets), 3))
-        shown[own] = np.matmul(by_surface[own], surfaces[self.surface_of[own]][:, :, None])[:, :, 0]
-        shown[~own] = np.matmul(by_light[~own], lights[self.light_of[~own]][:, :, None])[:, :, 0]
+            seen = self.rows.observer_of[both]
+            by_surface[both] = kernel.matrices(lights)[seen, self.rows.light_of[both]]
+            by_light[both] = kernel.matrices(surfaces)[seen, self.rows.surface_of[both]]
+        own = self.rows.surface_of >= 0
+        shown = np.zeros((len(self.rows.targets), 3))
+        shown[own] = np.matmul(by_surface[own], surfaces[self.rows.surface_of[own]][:, :, None])[:, :, 0]
+        shown[~own] = np.matmul(by_light[~own], lights[self.rows.light_of[~own]][:, :, None])[:, :, 0]
         return (
-            np.matmul(self.metric, shown[:, :, None])[:, :, 0],
-            np.matmul(self.metric, by_surface),
-            np.matmul(self.metric, by_light),
+            np.matmul(self.rows.metric, shown[:, :, None])[:, :, 0],
+            np.matmul(self.rows.metric, by_surface),
+            np.matmul(self.rows.metric, by_light),
         )
 
     def weighted(self, exact_weight: float) -> Array:
-        return np.where(self.exact, exact_weight * self.unit, self.weights)
+        return np.where(self.rows.exact, exact_weight * self.unit, self.rows.weights)
 
     def objective(self, x: Array, exact_weight: float) -> float:
         """Half the weighted sum of squares."""
         shown, _, _ = self.slopes(x)
         colors, surfaces, lights = self.split(x)
-        left = shown - self.targets - self.ties @ colors
+        left = shown - self.rows.targets - self.rows.ties @ colors
         total = float(self.weighted(exact_weight) @ (left**2).sum(axis=1))
         for values, gram in ((surfaces, self.grams[0]), (lights, self.grams[1])):
             total += float(np.vdot(values @ gram, values))
@@ -145,14 +127,17 @@ class Joint:
 
     def left(self, x: Array) -> Array:
         """What each row leaves, unweighted, (m, 3)."""
-        return self.slopes(x)[0] - self.targets - self.ties @ x[: self.colors]
+        return self.slopes(x)[0] - self.rows.targets - self.rows.ties @ x[: self.colors]
 
     def linear(self, step: Array, slopes: Slopes) -> Array:
         """By how much a step changes what the rows leave, to first order, (m, 3)."""
         _, by_surface, by_light = slopes
         colors, surfaces, lights = self.split(step)
-        found = -(self.ties @ colors)
-        for owner, sloped, values in ((self.surface_of, by_surface, surfaces), (self.light_of, by_light, lights)):
+        found = -(self.rows.ties @ colors)
+        for owner, sloped, values in (
+            (self.rows.surface_of, by_surface, surfaces),
+            (self.rows.light_of, by_light, lights),
+        ):
             own = owner >= 0
             found[own] += np.matmul(sloped[own], values[owner[own]][:, :, None])[:, :, 0]
         return found
@@ -162,9 +147,9 @@ class Joint:
         _, by_surface, by_light = slopes
         n, q = self.grid_size, self.colors
         found = np.zeros(self.start.size)
-        found[:q] = -(forces.ravel() @ self.ties.reshape(forces.size, q))
+        found[:q] = -(forces.ravel() @ self.rows.ties.reshape(forces.size, q))
         middle = q + n * len(self.surfaces)
-        for owner, sloped, begin in ((self.surface_of, by_surface, q), (self.light_of, by_light, middle)):
+        for owner, sloped, begin in ((self.rows.surface_of, by_surface, q), (self.rows.light_of, by_light, middle)):
             each = np.matmul(forces[:, None, :], sloped)[:, 0]
             for k in range(owner.max(initial=-1) + 1):
                 found[begin + k * n : begin + (k + 1) * n] = each[owner == k].sum(axis=0)
@@ -190,27 +175,27 @@ class Joint:
         shown, by_surface, by_light = slopes
         colors, surfaces, lights = self.split(x)
         weights = self.weighted(exact_weight)
-        left = shown - self.targets - self.ties @ colors
+        left = shown - self.rows.targets - self.rows.ties @ colors
         forces = weights[:, None] * left
         n, q = self.grid_size, self.colors
         hessian, gradient = np.zeros((x.size, x.size)), np.zeros(x.size)
         total = float(np.vdot(forces, left))
-        sides = ((self.surface_of, by_surface, surfaces, self.grams[0], q),
-                 (self.light_of, by_light, lights, self.grams[1], q + n * len(surfaces)))  # fmt: skip
-        for owner, slopes, values, gram, begin in sides:
+        sides = ((self.rows.surface_of, by_surface, surfaces, self.grams[0], q),
+                 (self.rows.light_of, by_light, lights, self.grams[1], q + n * len(surfaces)))  # fmt: skip
+        for owner, sloped, values, gram, begin in sides:
             pulled = values @ gram
             total += float(np.vdot(pulled, values))
             for k in range(len(values)):
                 mine, at = np.flatnonzero(owner == k), slice(begin + k * n, begin + (k + 1) * n)
-                rows = slopes[mine].reshape(-1, n)
+                rows = sloped[mine].reshape(-1, n)
                 weighted = np.repeat(weights[mine], 3)[:, None] * rows
                 hessian[at, at] = weighted.T @ rows + gram
                 gradient[at] = forces[mine].ravel() @ rows + pulled[k]
                 if q:
-                    across = -(weighted.T @ self.ties[mine].reshape(3 * mine.size, q))
+                    across = -(weighted.T @ self.rows.ties[mine].reshape(3 * mine.size, q))
                     hessian[at, :q], hessian[:q, at] = across, across.T
         if q:
-            ties = self.ties.reshape(forces.size, q)
+            ties = self.rows.ties.reshape(forces.size, q)
             hessian[:q, :q] = (ties.T * np.repeat(weights, 3)) @ ties
             gradient[:q] = -(forces.ravel() @ ties)
             more, targets, heavy = self.known
@@ -226,13 +211,13 @@ class Joint:
         """Second derivatives by a reflectance and a light, of the cells where both are designed."""
         n, q = self.grid_size, self.colors
         middle = q + n * len(self.surfaces)
-        both = np.flatnonzero((self.surface_of >= 0) & (self.light_of >= 0))
-        plain = np.matmul(self.metric[both].transpose(0, 2, 1), forces[both][:, :, None])[:, :, 0]
+        both = np.flatnonzero((self.rows.surface_of >= 0) & (self.rows.light_of >= 0))
+        plain = np.matmul(self.rows.metric[both].transpose(0, 2, 1), forces[both][:, :, None])[:, :, 0]
         blocks = np.matmul(by_surface[both].transpose(0, 2, 1) * weights[both, None, None], by_light[both])
-        blocks += self.state.kernel.bent(self.observer_of[both], plain)
+        blocks += self.state.kernel.bent(self.rows.observer_of[both], plain)
         for r, block in zip(both, blocks, strict=True):
-            row = slice(q + n * self.surface_of[r], q + n * (self.surface_of[r] + 1))
-            column = slice(middle + n * self.light_of[r], middle + n * (self.light_of[r] + 1))
+            row = slice(q + n * self.rows.surface_of[r], q + n * (self.rows.surface_of[r] + 1))
+            column = slice(middle + n * self.rows.light_of[r], middle + n * (self.rows.light_of[r] + 1))
             hessian[row, column] += block
         hessian[middle:, q:middle] = hessian[q:middle, middle:].T
 
@@ -241,69 +226,3 @@ class Joint:
         _, surfaces, lights = self.split(x)
         state = self.state.with_values("reflectances", dict(zip(self.surfaces, surfaces, strict=True)))
         return state.with_values("lights", dict(zip(self.lights, lights, strict=True)))
-
-
-class _Rows:
-    """Collects the rows of both sides, those that both have once."""
-
-    def __init__(self, surfaces: Assembled, lights: Assembled, columns: dict[tuple[int, int], int], n: int) -> None:
-        self._columns, self._n = columns, n
-        self._rows: dict[tuple[RowKey, int], tuple] = {}
-        self._items = surfaces.items, lights.items
-        self._sides = surfaces, lights
-        for axis, side in enumerate((surfaces, lights)):
-            for block in side.quadratic.blocks:
-                for r, key in enumerate(block.keys):
-                    self._take(axis, side, block, r, key)
-
-    def _take(self, axis: int, side: Assembled, block: Block, r: int, key: RowKey) -> None:
-        rows = slice(3 * r, 3 * r + 3)
-        ties = np.zeros((3, 3 * len(self._columns)))
-        tied = np.flatnonzero(block.ties[rows].any(axis=0))
-        column = -1
-        if tied.size:
-            number = int(tied[0]) // 3
-            column = self._columns[side.group_conditions[number]]
-            ties[:, 3 * column : 3 * column + 3] = block.ties[rows, 3 * number : 3 * number + 3]
-        if (key, column) in self._rows:
-            return
-        condition, (i, j) = key
-        exact = bool(block.exact[3 * r])
-        metric = np.eye(3) if side.view.metric is None or exact else side.view.metric[i, j]
-        owner = [self._items[0].index(i) if i in self._items[0] else -1]
-        owner.append(self._items[1].index(j) if j in self._items[1] else -1)
-        slopes = np.zeros((2, 3, self._n))
-        if min(owner) < 0:
-            seen = side.view.condition(condition)
-            slopes[axis] = side.view.known_matrices(seen.variant)[seen.observer, key[1][1 - axis]]
-        observer = side.view.condition(condition).observer
-        weight = 0.0 if exact else float(block.weights[3 * r])
-        self._rows[key, column] = (*owner, observer, *slopes, metric, block.targets[rows], ties, weight, exact)
-
-    def arrays(self) -> tuple:
-        """In the order of ``Joint``."""
-        found = [np.array(each) for each in zip(*self._rows.values(), strict=True)]
-        found[7] = found[7].reshape(len(found[0]), 3, 3 * len(self._columns))
-        return tuple(found)
-
-
-def _known_colors(
-    assembler: Assembler, state: PaletteState, columns: dict[tuple[int, int], int], boxes: Array
-) -> tuple[Array, Array, Array]:
-    """Ties, targets and weights of group members of which nothing is designed; exact ones fix the group's color."""
-    problem, wishes = assembler.problem, assembler.wishes
-    ties, targets, weights = [np.zeros((0, 3 * len(columns)))], [np.zeros(0)], [np.zeros(0)]
-    for (number, condition), column in columns.items():
-        group = wishes.groups[number]
-        for k, cell in enumerate(group.members):
-            if problem.reflectances[cell[0]].free or problem.lights[cell[1]].free:
-                continue
-            color = state.colors(wishes.conditions[condition])[cell]
-            weight = assembler.row_weight(group.weights[k], group.exact[k], condition, cell)
-            if np.isinf(weight):
-                boxes[:, column] = color
-                continue
-            ties.append(np.eye(3, 3 * len(columns), 3 * column))
-            targets.append(-color)
-            weights.append(np.full(3, weight))
-    return np.concatenate(ties), np.concatenate(targets), np.concatenate(weights)
