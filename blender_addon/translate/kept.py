@@ -14,13 +14,12 @@ from spectral_core.scene import Mesh
 class Kept:
     """Meshes and images of the translations of one viewport.
 
-    ``meshes``: by evaluated data and what is read of it, with the objects and data that it was made from. ``images``:
-    as ``Translation`` has them. ``shows``: whether an object is seen in the viewport at all (local view).
+    ``meshes``: by evaluated data and what is read of it, each with the session numbers of what it was made from.
+    ``images``: as ``Translation`` has them.
     """
 
     meshes: dict[Any, tuple[Mesh | None, frozenset[int]]] = field(default_factory=dict)
     images: dict[Any, Any] = field(default_factory=dict)
-    shows: Callable[[Any], bool] | None = None
 
     def forget(self, updates: Iterable[Any]) -> None:
         """Drop what the edits of a depsgraph have touched (``depsgraph.updates``)."""

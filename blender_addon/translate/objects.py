@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -61,14 +62,21 @@ class Collected:
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
 
 
-def collect(translation: Translation, kept: Kept | None = None) -> Collected:
-    """Walk over every instance that the render shows; ``kept``: of the translation before, and what a viewport hides."""
+def everything(_instance: Any) -> bool:
+    """Whether an instance takes part where nothing more is asked."""
+    return True
+
+
+def collect(
+    translation: Translation, shows: Callable[[Any], bool] = everything, kept: Kept | None = None
+) -> Collected:
+    """Walk over every instance that the render shows, and that ``shows`` lets pass; ``kept``: meshes from before."""
     found = Collected(translation, kept=kept)
     for instance in translation.depsgraph.object_instances:
         thing = instance.object
-        if not instance.show_self and not (instance.is_instance and instance.show_particles):
+        if not shows(instance):
             continue
-        if kept is not None and kept.shows is not None and not kept.shows(instance):
+        if not instance.show_self and not (instance.is_instance and instance.show_particles):
             continue
         try:
             _collect_one(found, thing, instance)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +17,7 @@ from .context import Translation, overridden
 from .ledger import note_changed
 from .kept import Kept
 from .lighting.world import translate_world
-from .objects import collect
+from .objects import collect, everything
 from .settings import sampling_of, settings_of
 from .visibility import cycles_settings
 
@@ -32,12 +33,15 @@ def translate_scene(
     camera: Any = None,
     film: Film | None = None,
     seen_from: Camera | None = None,
+    shows: Callable[[Any], bool] = everything,
     kept: Kept | None = None,
 ) -> Scene:
     """Scene of an evaluated depsgraph, whole and independent of Blender.
 
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
-    settings'; ``seen_from``: a view in place of any camera; ``kept``: of the translation before. Raises InvalidInputError where nothing can be rendered at all (no camera, an empty border).
+    settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
+    ``kept``: meshes and images of the translation before. Raises InvalidInputError where nothing can be rendered at all
+    (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     source = depsgraph.scene_eval
@@ -54,7 +58,7 @@ def translate_scene(
     layer = depsgraph.view_layer
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
-    found = collect(translation, kept)
+    found = collect(translation, shows, kept)
     _note_media(translation, found.materials)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.plugins.numbers import aligned
 from spectral_core.render.plugins.paints.tables import attribute_name
 from spectral_core.scene.geometry import Attribute, Mesh
 
@@ -93,7 +94,7 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
         arrays["vertex_texcoords"] = part.uvs
     for name, array in arrays.items():
         kind = type(parameters[name])
-        parameters[name] = own_copy(kind, array) if context.movable else kind(array.ravel())
+        parameters[name] = own_copy(kind, array) if context.movable else kind(aligned(array))
     parameters.update()
     return mesh
 
