@@ -21,6 +21,11 @@ def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules) -> Any:
     return _integrator_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
 
 
+def scene_path_class(variant: str) -> Any:
+    """The integrator's class under ``variant``, which must be the active one; the plan's pilot extends it."""
+    return _integrator_class(variant)
+
+
 @cache
 def _integrator_class(variant: str) -> Any:
     import drjit as dr
@@ -78,6 +83,8 @@ def _integrator_class(variant: str) -> Any:
 
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
+
+        State = PathState
 
         def __init__(self, settings: PathSettings, tables: Tables) -> None:
             super().__init__(mi.Properties())
