@@ -5,7 +5,26 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+CACHE_LINE = 64
+
 
 def opaque_number(mi: Any, dr: Any, value: float) -> Any:
     """A number that kernels read instead of knowing, so that another value needs no new kernel."""
     return dr.opaque(mi.Float, float(value))
+
+
+def aligned(values: NDArray[Any]) -> NDArray[Any]:
+    """The same values, flat, where a cache line begins.
+
+    Dr.Jit takes NumPy's memory as it lies, and reads pairs of numbers in another way where they do not lie on an even
+    address: the kernel would depend on chance.
+    """
+    flat = np.ravel(values)
+    room = np.empty(flat.nbytes + CACHE_LINE, np.uint8)
+    start = -room.ctypes.data % CACHE_LINE
+    placed = room[start : start + flat.nbytes].view(flat.dtype)
+    placed[:] = flat
+    return placed
