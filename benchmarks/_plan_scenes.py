@@ -312,7 +312,9 @@ PAIRS: dict[str, tuple[Callable[[Stage], None], ...]] = {
 }  # fmt: skip
 
 
-def staged(effects: tuple[Callable[[Stage], None], ...], size: tuple[int, int], tolerance: float) -> tuple[Scene, set[str]]:
+def staged(
+    effects: tuple[Callable[[Stage], None], ...], size: tuple[int, int], tolerance: float
+) -> tuple[Scene, set[str]]:
     """The scene of some effects, and the names of what a plan must have on."""
     stage = Stage()
     for effect in effects:

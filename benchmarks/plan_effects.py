@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scenes in which one effect matters, or two: does the plan turn on just that, and what does it save?
 
-Each scene is rendered as planned and with everything on (spectra, dispersion, media, transparency, 64 bounces), in
-independent batches. Printed: effects that are on against those that must be; the share of pixels at which a Welch test
-between batches, corrected for their number (Šidák, 1 %), finds a difference, as Mitsuba's own tests do (Subr and Arvo
-2007); mean ΔE2000 between the pictures beyond their noise; how many times less time the plan takes for equal error
-(time times relative variance), against everything on with four wavelengths for each path, and with one (dispersion). Then a sweep of the tolerance. ``--only WORD``: scenes whose name has it.
+Each scene is rendered as planned and with everything on (spectra, media, transparency, 64 bounces), in independent
+batches. Printed: effects that are on against those that must be; the share of pixels at which a Welch test between
+batches, corrected for their number (Šidák, 1 %), finds a difference, as Mitsuba's own tests do (Subr and Arvo 2007);
+mean ΔE2000 between the pictures beyond their noise; how many times less time the plan takes for equal error (time
+times relative variance), against four wavelengths for each path, and against one, as dispersion needs. Then a sweep of
+the tolerance. ``--only WORD``: scenes whose name has it.
 """
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import replace
 from typing import Any
@@ -38,7 +40,8 @@ def run(options: Options) -> dict[str, Any]:
     scenes = {name: effects for name, effects in {**SINGLE, **PAIRS}.items() if wanted in name}
     if options.quick and not wanted:
         scenes = {name: scenes[name] for name in ("nothing", "sodium", "glass ball", "lens + texture")}
-    print(f"{'scene':32} {'plan':5} {'pixels that differ':>18} {'mean ΔE':>8} {'faster':>7} {'(1 λ)':>7}  on (− missing, + too much)")
+    head = f"{'scene':32} {'plan':5} {'pixels that differ':>18} {'mean ΔE':>8} {'faster':>7} {'(1 λ)':>7}"
+    print(f"{head}  on (− missing, + too much)")
     rows = {name: _row(name, *staged(effects, size, TOLERANCE), samples) for name, effects in scenes.items()}
     ratios = [row["faster"] for row in rows.values()]
     print(f"median: {np.median(ratios):.1f} times less time at equal error; planned exactly in "
@@ -83,7 +86,8 @@ def _row(name: str, scene: Scene, expected: set[str], samples: int) -> dict[str,
         "bounces": plan.bounces,
         "plan_seconds": plan.seconds,
     }
-    text = ", ".join([*sorted(on & expected), *(f"−{each}" for each in row["missing"]), *(f"+{each}" for each in row["too_much"])])
+    wrong = [*(f"−{each}" for each in row["missing"]), *(f"+{each}" for each in row["too_much"])]
+    text = ", ".join([*sorted(on & expected), *wrong])
     print(f"{name:32} {'exact' if row['exact'] else 'OFF':5} {row['differing']:18.2%} {row['delta_e']:8.3f} "
           f"{row['faster']:7.1f} {row['faster_than_one_wavelength']:7.1f}  {text} (bounces {plan.bounces})", flush=True)  # fmt: skip
     return row
@@ -92,7 +96,9 @@ def _row(name: str, scene: Scene, expected: set[str], samples: int) -> dict[str,
 def four_wavelengths(plan: EffectPlan) -> EffectPlan:
     """Everything on, but where no glass disperses four wavelengths for each path instead of one: less noise."""
     absent = disperses_nothing(plan)
-    changed = tuple(replace(each, value="off") if each.name == "dispersion" and absent else each for each in plan.decisions)
+    changed = tuple(
+        replace(each, value="off") if each.name == "dispersion" and absent else each for each in plan.decisions
+    )
     return EffectPlan(changed, plan.tolerance_delta_e)
 
 
@@ -147,7 +153,10 @@ def difference(first: Array, second: Array) -> float:
     blocks = lambda picture: picture[: len(picture) // 16 * 16].reshape(-1, 16, 3).mean(axis=1)  # noqa: E731
     lab = lambda picture: lab_from_linear_rgb(np.maximum(blocks(picture), 0.0))  # noqa: E731
     seen = delta_e_2000(lab(first.mean(axis=0)), lab(second.mean(axis=0)))
-    mixed = (first[:half].mean(axis=0) + second[:half].mean(axis=0), first[half:].mean(axis=0) + second[half:].mean(axis=0))
+    mixed = (
+        first[:half].mean(axis=0) + second[:half].mean(axis=0),
+        first[half:].mean(axis=0) + second[half:].mean(axis=0),
+    )
     noise = delta_e_2000(*(lab(each / 2) for each in mixed))
     return float(np.sqrt(max(0.0, float(np.mean(seen**2)) - float(np.mean(noise**2)))))
 
@@ -162,14 +171,17 @@ def _sweep(scenes: dict[str, Any], size: tuple[int, int], count: int, samples: i
         plans = [plan_effects(scene, tolerance) for tolerance in SWEPT]
         errors = [difference(_batches(scene, plan, samples).pictures, full.pictures) for plan in plans]
         on = [effects_on(plan) for plan in plans]
-        ordered = all(after <= before for before, after in zip(on[:-1], on[1:], strict=True))
-        fewer = all(b.bounces <= a.bounces for a, b in zip(plans[:-1], plans[1:], strict=True))
+        ordered = all(after <= before for before, after in itertools.pairwise(on))
+        fewer = all(b.bounces <= a.bounces for a, b in itertools.pairwise(plans))
         below = all(error <= tolerance for error, tolerance in zip(errors, SWEPT, strict=True))
-        rows[name] = {"errors": errors, "bounces": [plan.bounces for plan in plans], "holds": ordered and fewer and below}
+        rows[name] = {
+            "errors": errors,
+            "bounces": [plan.bounces for plan in plans],
+            "holds": ordered and fewer and below,
+        }
         cells = " ".join(
             f"{f'{error:.2f}, {len(each)} on, {plan.bounces}b':>16}"
             for error, each, plan in zip(errors, on, plans, strict=True)
         )
         print(f"{name:32} {cells} {'' if rows[name]['holds'] else 'FAILS'}", flush=True)
     return rows
-

@@ -41,7 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in scene.notes)]
     print(table(plan))
     paths = f"{plan.pilot_paths} light paths" if plan.pilot_paths else "no light path"
-    print(f"tolerance ΔE {plan.tolerance_delta_e:g}, given away ΔE {plan.accepted:.2g} at most; {paths} traced to decide")
+    print(
+        f"tolerance ΔE {plan.tolerance_delta_e:g}, given away ΔE {plan.accepted:.2g} at most; {paths} traced to decide"
+    )
     for note in notes:
         print(f"note: {note}")
     if arguments.json:

@@ -10,6 +10,8 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+import itertools
+
 from spectral_core.render import everything_on, plan_effects, plan_from_data, render_scene
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan import bounds
@@ -50,7 +52,9 @@ def corner(surface=None, **changes):
     )
     roof = np.diag([1.0, -1, -1, 1])
     roof[2, 3] = 4
-    return replace(scene, instances=(*scene.instances, replace(scene.instances[0], name="roof", world_from_object=roof)))
+    return replace(
+        scene, instances=(*scene.instances, replace(scene.instances[0], name="roof", world_from_object=roof))
+    )
 
 
 def test_what_the_pilot_books_is_the_picture():
@@ -90,7 +94,7 @@ def _picture(scene, bounces):
 def test_a_coarser_tolerance_leaves_out_more_and_never_less():
     scene = corner(world=World(gray(0.02)))
     kept = [plan_effects(scene, tolerance) for tolerance in (0.0, 0.1, 1.0, 3.0, 10.0)]
-    for before, after in zip(kept[:-1], kept[1:], strict=True):
+    for before, after in itertools.pairwise(kept):
         assert after.accepted <= after.tolerance_delta_e + 1e-9
         for name in ("bounces", "diffuse_bounces"):
             assert int(after[name].value) <= int(before[name].value)

@@ -187,7 +187,11 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         scattering = depth / max(length, 1e-30) * albedo
         for light in scene.lights:
             added += scattering * phase * _irradiance_along(light, box, length, scene)
-        added += 0.0 if scene.world.is_black else scattering * length * scene.world.strength * largest_size(scene.world.color)
+        added += (
+            0.0
+            if scene.world.is_black
+            else scattering * length * scene.world.strength * largest_size(scene.world.color)
+        )
     return error_of_share(2 * depth) + error_of_light(1.5 * added * scene.film.exposure)
 
 

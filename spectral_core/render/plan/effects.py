@@ -62,7 +62,9 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     left = chosen((effect for effect in effects.values() if effect.name not in choices), tolerance)
     asked = chosen(effects.values(), tolerance)
     decisions = [
-        _overridden(effect, choices[name], effect.levels[asked[name]].value) if name in choices else _decided(effect, left[name], scene, seen is not None)
+        _overridden(effect, choices[name], effect.levels[asked[name]].value)
+        if name in choices
+        else _decided(effect, left[name], scene, seen is not None)
         for name, effect in effects.items()
     ]
     paths = 0 if seen is None else seen.paths
@@ -94,9 +96,7 @@ def everything_on(scene: Scene) -> EffectPlan:
     return EffectPlan(tuple(full), 0.0)
 
 
-def _look(
-    scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str], tolerance: float
-) -> Pilot | None:
+def _look(scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str], tolerance: float) -> Pilot | None:
     """The pilot, where something is open that it can decide."""
     open_questions = [
         effect.name

@@ -103,7 +103,10 @@ def media_borders(scene: Scene) -> frozenset[str]:
     """
     bare = {material.name for material in scene.materials if material.surface is None and material.medium is not None}
     mixed = {
-        name for item in scene.instances if not bare.issuperset(item.materials) for name in bare.intersection(item.materials)
+        name
+        for item in scene.instances
+        if not bare.issuperset(item.materials)
+        for name in bare.intersection(item.materials)
     }
     return frozenset(bare - mixed)
 

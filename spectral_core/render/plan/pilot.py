@@ -149,6 +149,27 @@ class _Watched:
         return self._tables.lights_it(emitter, kind, bounces, receiver)
 
 
+def _book(pilot: Any, light: Any, counts: Any, when: tuple[Any, Any], met: float) -> None:
+    """Add light to a pilot's rows; ``when``: it is there, and it comes after the first surface."""
+    import drjit as dr
+    import mitsuba as mi
+
+    active, bounced = when
+    light = dr.select(dr.all(dr.isfinite(light)), light, 0.0)
+    kind = dr.gather(mi.UInt32, pilot.sources, pilot.tables.emitter, active)
+    first = len(COUNTS) * LEVELS
+    signs = ((pilot.flags & 1) != 0, (pilot.flags & 2) != 0, pilot.blocked, kind == 1, kind == 2)
+    rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced) for k, count in enumerate(counts)]
+    rows += [(mi.UInt32(first + k), active & sign) for k, sign in enumerate(signs)]
+    rows.append((mi.UInt32(TOTAL), active))
+    for row, wanted in rows:
+        at = (pilot.cell * ROWS + row) * CHANNELS
+        for k in range(3):
+            dr.scatter_add(pilot.bins, light[k], at + k, wanted & (light[k] != 0), dr.ReduceMode.NoConflicts)
+        if met:
+            dr.scatter_add(pilot.bins, met, at + 3, wanted, dr.ReduceMode.NoConflicts)
+
+
 @cache
 def _pilot_class(variant: str) -> Any:
     import drjit as dr
@@ -161,7 +182,8 @@ def _pilot_class(variant: str) -> Any:
             super().__init__(settings, tables)
             self.tables = _Watched(tables)
             self.sources = mi.UInt32(sources)
-            self.flags = self.blocked = None
+            self.flags: Any = None
+            self.blocked: Any = None
 
         def prepare(self, pixels: int) -> None:
             """Empty bins for a picture."""
@@ -180,7 +202,9 @@ def _pilot_class(variant: str) -> Any:
                 return state, sampler, self.flags
 
             start = (state, sampler, mi.UInt32(0))
-            state, _, _ = dr.while_loop(start, lambda state, *_: state.active, body, labels=("path", "sampler", "flags"))
+            state, _, _ = dr.while_loop(
+                start, lambda state, *_: state.active, body, labels=("path", "sampler", "flags")
+            )
             return state.light, state.seen, []
 
         def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
@@ -223,19 +247,7 @@ def _pilot_class(variant: str) -> Any:
 
         def book(self, light: Any, counts: Any, active: Any, bounced: Any, met: float = 0.0) -> None:
             """Add light to the rows that it belongs to."""
-            light = dr.select(dr.all(dr.isfinite(light)), light, 0.0)
-            kind = dr.gather(mi.UInt32, self.sources, self.tables.emitter, active)
-            rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced) for k, count in enumerate(counts)]
-            first = len(COUNTS) * LEVELS
-            signs = ((self.flags & 1) != 0, (self.flags & 2) != 0, self.blocked, kind == 1, kind == 2)
-            rows += [(mi.UInt32(first + k), active & sign) for k, sign in enumerate(signs)]
-            rows.append((mi.UInt32(TOTAL), active))
-            for row, wanted in rows:
-                at = (self.cell * ROWS + row) * CHANNELS
-                for k in range(3):
-                    dr.scatter_add(self.bins, light[k], at + k, wanted & (light[k] != 0), dr.ReduceMode.NoConflicts)
-                if met:
-                    dr.scatter_add(self.bins, met, at + 3, wanted, dr.ReduceMode.NoConflicts)
+            _book(self, light, counts, (active, bounced), met)
 
         def to_string(self) -> str:
             return "PilotPath"

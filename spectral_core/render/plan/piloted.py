@@ -59,7 +59,9 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
 def unmeasured_kinds() -> dict[str, Effect]:
     """Bounces by kind where no pilot ran: as many of each as there are bounces at all."""
     return {
-        name: Effect(name, (Level(str(PILOT_BOUNCES)),), "no limit of its own beside that of all bounces", how="not known")
+        name: Effect(
+            name, (Level(str(PILOT_BOUNCES)),), "no limit of its own beside that of all bounces", how="not known"
+        )
         for name in _KINDS
     }
 

@@ -40,7 +40,9 @@ class Found:
         return [material for material in self.scene.materials if material.name in shown]
 
 
-def absent(name: str, reason: str, share: float = 0.0, value: str = "off", choices: tuple[str, ...] = ("off",)) -> Effect:
+def absent(
+    name: str, reason: str, share: float = 0.0, value: str = "off", choices: tuple[str, ...] = ("off",)
+) -> Effect:
     """An effect that the scene has nothing of; ``share``: what a renderer that looks at nothing would pay for it."""
     return Effect(name, (Level("on"), Level(value, 0.0, share)), reason, choices=choices)
 
@@ -62,8 +64,12 @@ def _transport(found: Found) -> Effect:
         return Effect("transport", simple(0.0), reason, choices=choices)
     error = rgb_transport_error(found.scene)
     text = "more than can be told" if error == KEEP else f"ΔE {error:.2g}"
-    reason = f"{names(inventory.spectra)} carry spectra; all surfaces under all lights differ by {text} in three channels"
-    return Effect("transport", simple(error), reason, "colors that only spectra tell apart become one", "bounded", choices)
+    reason = (
+        f"{names(inventory.spectra)} carry spectra; all surfaces under all lights differ by {text} in three channels"
+    )
+    return Effect(
+        "transport", simple(error), reason, "colors that only spectra tell apart become one", "bounded", choices
+    )
 
 
 def _dispersion(found: Found) -> Effect:
@@ -162,7 +168,8 @@ def _depth_of_field(found: Found) -> Effect:
     if scene.camera.aperture_radius <= 0:
         return absent("depth_of_field", "the camera's aperture is closed", SMALL_SHARE)
     blur = bounds.blur_of_lens(scene, found.points)
-    reason = f"the lens is open {2 * scene.camera.aperture_radius:.3g} units wide; nothing blurs by more than {blur:.2g} pixels"
+    width = 2 * scene.camera.aperture_radius
+    reason = f"the lens is open {width:.3g} units wide; nothing blurs by more than {blur:.2g} pixels"
     levels = (Level("on"), Level("off", bounds.error_of_blur(blur), SMALL_SHARE))
     return Effect("depth_of_field", levels, reason, "everything is in focus", "bounded", ON_OFF)
 

@@ -94,7 +94,9 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
 
 
 def _distinct_lights(scene: Scene) -> list[Color | Spectrum]:
-    paints: list[Any] = [Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights]
+    paints: list[Any] = [
+        Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
+    ]
     if not scene.world.is_black:
         paints.append(scene.world.color)
     shown = shown_materials(scene)
@@ -125,7 +127,7 @@ def _planck_rgb(paint: Any) -> Array:
 def _reflecting(material: Any) -> Iterator[Any]:
     """Paints of a material that take a share of light."""
     for value in values_of(material.surface):
-        yield from (part for part in paint_parts(value) if isinstance(part, Paint))  # type: ignore[arg-type]
+        yield from (part for part in paint_parts(value) if isinstance(part, Paint))
     if material.medium is not None and isinstance(material.medium.color, Color):
         yield material.medium.color
 

@@ -80,7 +80,8 @@ class RenderProcess:
     def plan(self, scene: Scene, tolerance: float | None = None) -> EffectPlan:
         """``plan_effects`` with its pilot, elsewhere. Raises as it does, and RenderError where the process died."""
         plan_from_data(scene, tolerance)
-        return self.call("plan", scene, tolerance)  # type: ignore[no-any-return]
+        plan: EffectPlan = self.call("plan", scene, tolerance)
+        return plan
 
     def call(self, name: str, *arguments: Any) -> Any:
         """Answer of one of the worker's ``CALLS``; raises RenderError where the process died."""

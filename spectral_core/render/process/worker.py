@@ -14,6 +14,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any, BinaryIO
 
 from spectral_core.errors import RenderError, SpectralError
@@ -34,9 +35,11 @@ def main() -> None:
         kind, content = requests.get()
         stop.clear()
         if kind == "call":
-            _answer_with(answers, lambda content=content: call(*content))
+            _answer_with(answers, partial(call, *content))
         else:
-            _answer(answers, *content, stop)
+            scene, options = content
+            _answer(answers, scene, options, stop)
+            del scene, options
         del content
         gc.collect()
 

@@ -55,9 +55,13 @@ class ChosenPixels(Accumulator):
         self._samples_of: tuple[Any, Any] = (None, None)
 
     def trace(
-        self, pixels: NDArray[np.integer[Any]], done: NDArray[np.integer[Any]], more: NDArray[np.integer[Any]], half: int
+        self,
+        pixels: NDArray[np.integer[Any]],
+        done: NDArray[np.integer[Any]],
+        more: NDArray[np.integer[Any]],
+        half: int,
     ) -> Sums:
-        """Trace samples ``done`` to ``done + more`` of each pixel, all three (n,), with the numbers of a half (0, 1)."""
+        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the numbers of one half (0, 1)."""
         mi = self._mi
         self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
         first = np.ascontiguousarray(done, dtype=np.uint32)
