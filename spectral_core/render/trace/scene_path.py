@@ -18,16 +18,12 @@ from spectral_core.scene import Rays
 
 def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules) -> Any:
     """The integrator under the active variant."""
-    return _integrator_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
-
-
-def scene_path_class(variant: str) -> Any:
-    """The integrator's class under ``variant``, which must be the active one; the plan's pilot extends it."""
-    return _integrator_class(variant)
+    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
 
 
 @cache
-def _integrator_class(variant: str) -> Any:
+def scene_path_class(variant: str) -> Any:
+    """The integrator's class under ``variant``, which must be the active one; the plan's pilot extends it."""
     import drjit as dr
     import mitsuba as mi
 
