@@ -19,7 +19,8 @@ from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.view import Viewpoint
 from spectral_core.render.mitsuba_scene.assemble import scene_radius
 from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
-from spectral_core.render.plan.effects import EffectPlan, plan_effects
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Note, Scene
@@ -80,7 +81,7 @@ class Stage:
         gc.collect()
 
     def _show(self, scene: Scene) -> None:
-        plan = plan_effects(scene)
+        plan = plan_from_data(scene, 0.0)  # what is left out must not change from edit to edit
         simulated = simulated_scene(scene, plan)
         if self._job is not None and self._can_stay(scene, simulated, plan):
             done = self._change(simulated)
