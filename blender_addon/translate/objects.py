@@ -67,9 +67,7 @@ def everything(_instance: Any) -> bool:
     return True
 
 
-def collect(
-    translation: Translation, shows: Callable[[Any], bool] = everything, kept: Kept | None = None
-) -> Collected:
+def collect(translation: Translation, shows: Callable[[Any], bool] = everything, kept: Kept | None = None) -> Collected:
     """Walk over every instance that the render shows, and that ``shows`` lets pass; ``kept``: meshes from before."""
     found = Collected(translation, kept=kept)
     for instance in translation.depsgraph.object_instances:

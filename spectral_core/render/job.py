@@ -55,7 +55,8 @@ class Measure:
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
     """What a job has made of its scene, for a view that stays: the active ``mitsuba``, its ``scene`` with ways to its
-    objects, what paths need (``first_hit``, ``integrator``), and the ``wavelengths`` to draw, None in RGB transport."""
+    objects, what paths need (``first_hit``, ``integrator``), and the ``wavelengths`` to draw, None in RGB transport.
+    """
 
     mitsuba: Any
     scene: LoadedScene

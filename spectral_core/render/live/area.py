@@ -12,6 +12,7 @@ import mmap
 import os
 import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,14 +39,14 @@ class PixelArea:
     def __init__(self, path: str, pixels: int) -> None:
         self.path, self.pixels = path, pixels
         self._size = _HEAD + 16 * pixels
-        with open(path, "r+b") as file:
+        with Path(path).open("r+b") as file:
             self._map = mmap.mmap(file.fileno(), SLOTS * self._size)
         self._number = 0
 
     @classmethod
     def make(cls, pixels: int) -> PixelArea:
         """A new one, in memory where the system has a folder for that. Raises OSError where there is no room."""
-        folder = "/dev/shm" if os.path.isdir("/dev/shm") else None
+        folder = "/dev/shm" if Path("/dev/shm").is_dir() else None
         handle, path = tempfile.mkstemp(prefix="spectral-view-", dir=folder)
         try:
             os.truncate(handle, SLOTS * (_HEAD + 16 * pixels))
@@ -80,4 +81,4 @@ class PixelArea:
     def remove(self) -> None:
         """Take the file away; what is mapped stays until both ends let go of it."""
         with contextlib.suppress(OSError):
-            os.unlink(self.path)
+            Path(self.path).unlink()

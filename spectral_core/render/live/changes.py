@@ -19,7 +19,8 @@ SINGLES = ("camera", "film", "world", "settings", "notes")
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneChange:
     """From one scene to the next. ``items``: by kind the new items in order, an unchanged one as its place in the old
-    scene. ``singles``: what is there once and has changed."""
+    scene. ``singles``: what is there once and has changed.
+    """
 
     items: dict[str, tuple[Any, ...]]
     singles: dict[str, Any]
@@ -53,9 +54,7 @@ def difference(old: Scene, new: Scene) -> SceneChange:
             change.append(place if is_same else item)
         if change != list(range(len(before))):
             items[kind] = tuple(change)
-    singles = {
-        name: getattr(new, name) for name in SINGLES if not equal(getattr(old, name), getattr(new, name))
-    }
+    singles = {name: getattr(new, name) for name in SINGLES if not equal(getattr(old, name), getattr(new, name))}
     return SceneChange(items, singles)
 
 

@@ -16,6 +16,7 @@ from spectral_core.render.live.changes import equal
 from spectral_core.render.live.transplant import transplant
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
+from spectral_core.render.mitsuba_scene.light import LightObject
 from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
 
 LEAST_VOLUME = 1e-6
@@ -89,7 +90,7 @@ class Edit:
         self._drop(kept)
         return done
 
-    def _carry(self, mine: light.LightObject, given: light.LightObject) -> bool:
+    def _carry(self, mine: LightObject, given: LightObject) -> bool:
         if not transplant(mine.emitter, given.emitter, self._mi):
             return False
         if mine.entry is mine.emitter:
@@ -142,7 +143,9 @@ class Edit:
             return False
         if [a.name for a in old.attributes] != [a.name for a in new.attributes]:
             return False
-        if any(i.mesh == new.name and self._parts.placed[i.name] and not self._is_placed(i) for i in self._new.instances):
+        if any(
+            i.mesh == new.name and self._parts.placed[i.name] and not self._is_placed(i) for i in self._new.instances
+        ):
             return False
         before, after = geometry.split_by_material(old), geometry.split_by_material(new)
         shapes = self._parts.shapes.meshes.get(new.name, [])

@@ -19,7 +19,9 @@ def lay_open(plugins: Iterable[Any], mitsuba: Any) -> None:
     """Give each plugin of ours the list ``held_numbers``; call again after its helpers got other arrays."""
     for plugin in plugins:
         if type(plugin).__module__.startswith("spectral_core") and hasattr(plugin, "__dict__"):
-            plugin.held_numbers = held([value for name, value in vars(plugin).items() if name != "held_numbers"], mitsuba)
+            plugin.held_numbers = held(
+                [value for name, value in vars(plugin).items() if name != "held_numbers"], mitsuba
+            )
 
 
 def held(roots: list[Any], mitsuba: Any) -> list[Any]:

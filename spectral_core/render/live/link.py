@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -24,7 +25,7 @@ MODULE = "spectral_core.render.live.server"
 MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
 """After so many crashes in so long a time the process is started again only by the next change."""
 MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
-"""A process that takes so many times what it took after its first picture, and so many bytes, gives way to a new one."""
+"""A process that takes so many times what it took after its first picture, and so many bytes, is replaced."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +79,7 @@ class LiveLink:
                 self._post_scene(stage)
                 return True
             change = difference(old, scene)
-            # the changed scene, not the new one: what is unchanged stays the very same object, and is not compared again
+            # not ``new``: what is unchanged stays the very same object, and is not compared again
             self._scenes[stage] = change.applied_to(old)
             if not change.is_empty:
                 self._post(("change", (stage, change)))
@@ -174,10 +175,8 @@ class LiveLink:
     def _post(self, message: Any) -> None:
         if self._worker is None:
             return
-        try:
+        with contextlib.suppress(RenderError):  # the thread that reads hears of it, too, and starts another
             self._worker.post(message)
-        except RenderError:
-            pass  # the thread that reads hears of it, too, and starts another
 
     def _start(self) -> None:
         """Start a process, on a thread: the session does not wait for it."""

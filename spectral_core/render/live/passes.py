@@ -19,6 +19,7 @@ from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
 
+
 def block_order(stride: int) -> list[tuple[int, int]]:
     """Offsets of a block in the order in which they are traced: every prefix of 1, 4, 16, … is an even grid."""
     order = [(0, 0)]
@@ -38,8 +39,10 @@ class Launcher(Accumulator):
 
         sampling = replace(film, width=1, height=1, crop=None)
         super().__init__(loaded.mitsuba, Camera(world_from_camera=np.eye(4)), sampling, loaded.wavelengths)
-        self._loaded, self._inputs = loaded, None
-        self._camera = self._frame = None
+        self._loaded = loaded
+        self._inputs: Any = None
+        self._camera: Any = None
+        self._frame: Any = None
         self._frozen = drjit.freeze(self._launch)
         self.is_recorded = True
         """Whether launches are recorded and played back, which saves most of their time."""

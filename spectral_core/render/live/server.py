@@ -10,7 +10,9 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, BinaryIO
 
 from spectral_core.errors import SpectralError
@@ -102,9 +104,7 @@ class Server:
             self._trace(name, view, kept)
         except SpectralError as error:
             self._say_trouble(view.request.stage, kept, str(error))
-        except Exception as error:
-            import traceback
-
+        except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
             traceback.print_exc()
             self._say_trouble(view.request.stage, kept, f"{type(error).__name__}: {error}")
 
@@ -123,9 +123,7 @@ class Server:
                 kept.seconds = None
         except SpectralError as error:
             self._say_trouble(name, kept, str(error))
-        except Exception as error:
-            import traceback
-
+        except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
             traceback.print_exc()
             kept.stage.forget()
             self._say_trouble(name, kept, f"{type(error).__name__}: {error}")
@@ -181,8 +179,7 @@ class Server:
 def memory_bytes() -> int:
     """Memory of this process that is resident, 0 where the system does not say."""
     try:
-        with open("/proc/self/statm", encoding="ascii") as file:
-            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        return int(Path("/proc/self/statm").read_text("ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, AttributeError):
         return 0
 

@@ -93,9 +93,8 @@ class Stage:
 
     def activate(self) -> None:
         """Make the stage's variant the active one, as several stages may take turns."""
-        kind = "spectral" if self.plan.is_spectral else "rgb"
         assert self.scene is not None
-        activate(choose_backend(kind, self.scene.settings.variant))
+        activate(choose_backend("spectral" if self.plan.is_spectral else "rgb", self.scene.settings.variant))
 
     def look_from(self, viewpoint: Viewpoint) -> None:
         """Let shading programs know the view that is traced next."""

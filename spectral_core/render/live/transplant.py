@@ -35,27 +35,26 @@ def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> boo
         return True
     if type(old) is not type(new):
         return False
-    if isinstance(old, (str, bytes, bool, int, float, complex, type(None), np.generic)):
-        return bool(old == new)
-    if isinstance(old, np.ndarray):
-        return old.shape == new.shape and bool(np.array_equal(old, new))
+    if isinstance(old, (str, bytes, bool, int, float, complex, type(None), np.generic, np.ndarray)):
+        return np.shape(old) == np.shape(new) and bool(np.all(np.asarray(old) == np.asarray(new)))
     seen.add(id(old))
-    if hasattr(old, "can_take"):
-        if not old.can_take(new):
-            return False
-        steps.append(lambda: old.take(new))
-        return True
-    if type(old).__module__.startswith("drjit"):
-        return False  # its contents cannot be read without making it another to a recorded launch
     if isinstance(old, (list, tuple)):
         return len(old) == len(new) and all(_plan_item(old, k, new[k], mi, steps, seen) for k in range(len(old)))
     if isinstance(old, dict):
         return old.keys() == new.keys() and all(_plan_item(old, k, new[k], mi, steps, seen) for k in old)
-    if isinstance(old, mi.Object):
-        return _plan_object(old, new, mi, steps, seen)
-    if callable(old) and hasattr(old, "__code__"):
-        return True
-    return _plan_attributes(old, new, mi, steps, seen)
+    return (_plan_object if isinstance(old, mi.Object) else _plan_helper)(old, new, mi, steps, seen)
+
+
+def _plan_helper(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+    """A plain object that a plugin uses."""
+    if hasattr(old, "can_take"):
+        if old.can_take(new):
+            steps.append(lambda: old.take(new))
+            return True
+        return False
+    if type(old).__module__.startswith("drjit"):
+        return False  # its contents cannot be read without making it another to a recorded launch
+    return hasattr(old, "__code__") or _plan_attributes(old, new, mi, steps, seen)
 
 
 def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:

@@ -45,7 +45,8 @@ class LoadedScene:
 
     ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
     where that was asked for. ``camera_medium``: what the camera stands in, None for empty space. ``rules``: which rays
-    meet what. ``parts``: its objects by name. ``background``: the emitter that the camera sees behind everything, None for black.
+    meet what. ``parts``: its objects by name. ``background``: the emitter that the camera sees behind everything, None
+    for black.
     """
 
     scene: Any

@@ -67,7 +67,7 @@ class SceneTables:
         """Place the camera: programs read its numbers from one array, so that a move needs no new kernel."""
         self.camera_from_world, self.window = camera_from_world, window
         there = np.asarray(camera_from_world, dtype=np.float64)
-        rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), window]
+        rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array(window)]
         # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
         self._camera = self.mi.Float([float(value) for value in np.concatenate(rows)])
 
