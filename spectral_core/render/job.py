@@ -14,11 +14,12 @@ from spectral_core.errors import RenderError, SpectralError
 from spectral_core.render.mitsuba_scene import load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
-from spectral_core.render.mitsuba_scene.rules import Tables
+from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.units import in_working_units
-from spectral_core.render.plan.effects import EffectPlan
+from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.scene_path import scene_path
@@ -50,13 +51,26 @@ class Measure:
     sampling_lights: Sequence[Spectrum] | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TracedScene:
+    """A loaded scene for what traces it in a way of its own: ``unit``, its working units in one of the scene's."""
+
+    mitsuba: Any
+    scene: Any
+    rules: RayRules
+    first_hit: FirstHit
+    unit: float
+
+
 class RenderJob:
     """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan
         radius = scene_radius(scene)
-        self.scene = in_working_units(simulated_scene(scene, plan), radius)
+        simulated = simulated_scene(scene, plan)
+        self.scene = in_working_units(simulated, radius)
+        self._unit = 1.0 if self.scene is simulated else 1.0 / radius
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
         self.variant = backend.variant
         self._mitsuba = activate(backend)
@@ -69,6 +83,7 @@ class RenderJob:
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
+        self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
             self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=bool(measure.groups))
@@ -129,6 +144,16 @@ class RenderJob:
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
         settings = PathSettings(plan.bounces, plan.is_on("transparency"), limits, white)
         return scene_path(self._mitsuba, settings, self._loaded.rules)
+
+    def chosen_pixels(self) -> ChosenPixels:
+        """What traces pixels of one's own choice, with all lights."""
+        integrator = next(iter(self._integrators.values()))
+        view = (self.scene.camera, self.scene.film)
+        return ChosenPixels(self._mitsuba, view, self._wavelengths, self._first_hit, integrator)
+
+    def traced_scene(self) -> TracedScene:
+        """What is loaded, for the plan's pilot."""
+        return TracedScene(self._mitsuba, self._loaded.scene, self._loaded.rules, self._first_hit, self._unit)
 
     @property
     def notes(self) -> tuple[Note, ...]:
