@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.live.changes import equal
+
 Step = Callable[[], None]
 
 PASSED_OVER = ("held_numbers",)
@@ -36,7 +38,7 @@ def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> boo
     if type(old) is not type(new):
         return False
     if isinstance(old, (str, bytes, bool, int, float, complex, type(None), np.generic, np.ndarray)):
-        return np.shape(old) == np.shape(new) and bool(np.all(np.asarray(old) == np.asarray(new)))
+        return equal(old, new)
     seen.add(id(old))
     if isinstance(old, (list, tuple)):
         return len(old) == len(new) and all(_plan_item(old, k, new[k], mi, steps, seen) for k in range(len(old)))
