@@ -10,6 +10,7 @@ from .palette import SpectralPalette
 from .render import SpectralRender
 from .sweep import SpectralSweep
 from .texture_design import SpectralTextureDesign
+from .viewport import SpectralViewport
 
 
 class SpectralScene(bpy.types.PropertyGroup):
@@ -20,6 +21,7 @@ class SpectralScene(bpy.types.PropertyGroup):
     dial: PointerProperty(type=SpectralLightDial)
     board: PointerProperty(type=SpectralMixingBoard)
     sweep: PointerProperty(type=SpectralSweep)
+    viewport: PointerProperty(type=SpectralViewport)
     texture: PointerProperty(type=SpectralTextureDesign)
 
 
