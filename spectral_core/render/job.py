@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
+from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.mitsuba_scene.units import in_working_units
 from spectral_core.render.plan.effects import EffectPlan
+from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
@@ -70,9 +72,11 @@ class RenderJob:
             )
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
-            self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
-            self._integrators = self._load_integrators(groups=measure.groups)
             own_paths = not plan.is_on("media") and not self.scene.volumes
+            self._loaded = load_scene(
+                self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups, own_lights=own_paths
+            )
+            self._integrators = self._load_integrators(groups=measure.groups)
             self._first_hit = FirstHit(
                 self._mitsuba,
                 self._loaded.scene,
@@ -124,8 +128,11 @@ class RenderJob:
             description = {"type": "volpath", "max_depth": depth, "rr_depth": min(ROULETTE_BOUNCES, depth)}
             return self._mitsuba.load_dict(description)
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
-        settings = PathSettings(plan.bounces, plan.is_on("transparency"), limits, white)
-        return scene_path(self._mitsuba, settings, self._loaded.rules)
+        # bodies of our own lamps stand in no shadow ray's way
+        clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
+        settings = PathSettings(plan.bounces, clear, limits, white)
+        lights = self._loaded.lights or MitsubaLights(self._mitsuba, self._loaded.scene)
+        return scene_path(self._mitsuba, settings, self._loaded.rules, lights)
 
     @property
     def notes(self) -> tuple[Note, ...]:

@@ -5,15 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.emission import Emission
+from spectral_core.render.lights.listing import LightList
+from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.medium import medium_around
-from spectral_core.render.mitsuba_scene.paint import unit_luminance
+from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -41,6 +46,8 @@ class LoadedScene:
     rules: RayRules
     background: Any | None = None
     camera_medium: Any | None = None
+    lights: Any | None = None
+    """``SceneLights`` of our own paths; None where lamps are Mitsuba's emitters."""
 
     def light_only(self, group: str) -> None:
         """Switch every light group off but one."""
@@ -49,10 +56,17 @@ class LoadedScene:
                 switch(name == group)
 
 
-def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False) -> LoadedScene:
-    """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable."""
+def load_scene(
+    scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False, own_lights: bool = False
+) -> LoadedScene:
+    """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable.
+
+    ``own_lights``: lamps and glowing meshes go into the tables of ``render.lights``, which our own paths choose from,
+    instead of being Mitsuba's emitters.
+    """
     white = scene.settings.white
     context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
+    context.lights = LightList() if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
@@ -70,6 +84,11 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     sphere = _bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
     hidden = []
     for number, item in enumerate(scene.lights):
+        if context.lights is not None:
+            source = add_lamp(context, context.lights, item)
+            if source is not None:
+                _light_rules(rules, item, source + 1, bits.get(item.name, 0))
+            continue
         for object_number, made in enumerate(light.light_objects(context, item, sphere)):
             description[f"light_{number:06d}_{object_number}"] = made.entry
             _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
@@ -79,7 +98,8 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
-        _light_rules(rules, scene.world, world, 0)
+        key = world if context.lights is None else add_world(context, context.lights, scene.world, world) + 1
+        _light_rules(rules, scene.world, key, 0)
     background = None if scene.world.hidden_from & Rays.CAMERA else world
     if scene.world.camera_view is not None:
         view = replace(scene.world.camera_view, group=scene.world.group)
@@ -88,7 +108,21 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     loaded = context.load(description)
     eye = scene.camera.world_from_camera[:3, 3]
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
-    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), context.switches or {}, rules, background, around)
+    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded)
+    return LoadedScene(
+        loaded, tuple(context.notes), tuple(hidden), context.switches or {}, rules, background, around, lights
+    )
+
+
+def _scene_lights(context: Context, lights: LightList, loaded: Any) -> SceneLights:
+    """The tables of all lights of a loaded scene."""
+    box = loaded.bbox()
+    reach = 1e3
+    if box.valid():
+        reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
+    texture_of = partial(sampled_spectrum, context)
+    emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)
+    return SceneLights(context.mitsuba, lights, reach, emission)
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from spectral_core.render.lights.listing import LightList
 from spectral_core.render.plugins.paints.computed import computed_classes
 from spectral_core.render.plugins.paints.programs import LoadedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -30,6 +31,8 @@ class Context:
     switches: dict[str, list[Callable[[bool], None]]] | None = None
     notes: list[Note] = field(default_factory=list)
     white: Spectrum | None = None
+    lights: LightList | None = None
+    """Where our own paths find lamps and glowing meshes; None where these become Mitsuba's emitters."""
 
     @cached_property
     def tables(self) -> SceneTables:

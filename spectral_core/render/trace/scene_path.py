@@ -11,14 +11,16 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.trace.path_limits import clamped, cut_caustic
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.scene import Rays
 
 
-def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules) -> Any:
-    """The integrator under the active variant."""
-    return _integrator_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
+def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules, lights: Any = None) -> Any:
+    """The integrator under the active variant; ``lights``: our own tables, None for Mitsuba's emitters."""
+    return _integrator_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights)
 
 
 @cache
@@ -54,10 +56,12 @@ def _integrator_class(variant: str) -> Any:
             "before_pdf": mi.Float,
             "before_delta": mi.Bool,
             "before_shape": mi.UInt32,
+            "before_both": mi.Bool,  # whether it lets light through as well
         }
 
         before: Any
         before_shape: Any
+        before_both: Any
 
         def __init__(self, ray: Any = None, active: Any = None) -> None:
             for name, kind in self.DRJIT_STRUCT.items():
@@ -67,10 +71,14 @@ def _integrator_class(variant: str) -> Any:
             self.ray, self.active, self.throughput = ray, active, mi.Spectrum(1.0)
             self.eta, self.before_pdf, self.before_delta = mi.Float(1.0), mi.Float(1.0), mi.Bool(True)
             self.kind = mi.UInt32(int(Rays.CAMERA))
+            self.before.p = ray.o
 
-        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any) -> None:
+        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, both: Any) -> None:
             """Where the path has scattered and how likely it was to."""
-            self.before = dr.select(scatters, mi.Interaction3f(si), self.before)
+            place = mi.Interaction3f(si)
+            place.n = dr.select(dr.dot(si.n, self.ray.d) > 0.0, -si.n, si.n)
+            self.before = dr.select(scatters, place, self.before)
+            self.before_both = dr.select(scatters, both, self.before_both)
             self.before_pdf = dr.select(scatters, bs.pdf, self.before_pdf)
             delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
             self.before_delta = dr.select(scatters, delta, self.before_delta)
@@ -79,9 +87,9 @@ def _integrator_class(variant: str) -> Any:
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
 
-        def __init__(self, settings: PathSettings, tables: Tables) -> None:
+        def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
-            self.tables, self.settings = tables, settings
+            self.tables, self.settings, self.lights = tables, settings, lights
             limits = settings.limits
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit compiles nothing
@@ -109,16 +117,16 @@ def _integrator_class(variant: str) -> Any:
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
             si.wi = self.upright(si)
-            arrived = self.arrived(scene, si, path, path.active & ~unseen)
-            path.light += self.clamped(path.throughput * arrived, path.depth > 1)
+            arrived = self.arrived(si, path, path.active & ~unseen)
+            path.light += clamped(self.settings, path.throughput * arrived, path.depth > 1)
 
             hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
             path.seen |= hit
             bsdf = si.bsdf()
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
-            hit &= ~self.cut_caustic(bsdf, path.kind) & (path.passed <= self.layers)
+            hit &= ~cut_caustic(self.settings, bsdf, path.kind) & (path.passed <= self.layers)
             direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
-            path.light += self.clamped(path.throughput * direct, path.depth > 0)
+            path.light += clamped(self.settings, path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit)
@@ -130,7 +138,7 @@ def _integrator_class(variant: str) -> Any:
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
             path.passed = dr.select(hit & straight, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
-            path.remember(si, bs, shape, scatters)
+            path.remember(si, bs, shape, scatters, self.lets_through(bsdf))
 
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
@@ -183,46 +191,57 @@ def _integrator_class(variant: str) -> Any:
             same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
             return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
 
-        def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
-            """Light that a ray meets: from a glowing surface or the surroundings, weighed against sampling it."""
-            emitter = si.emitter(scene)
-            number = self.tables.number(emitter)
+        def arrived(self, si: Any, path: Any, active: Any) -> Any:
+            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling."""
             scattered = dr.select(path.depth > 0, path.depth - 1, 0)
-            lit = active & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
-            ds = mi.DirectionSample3f(scene, si, path.before)
-            ds.n = dr.select(si.is_valid(), si.n, ds.n)  # the density is one of the geometry, not of its shading
-            sampled = scene.pdf_emitter_direction(path.before, ds, lit & ~path.before_delta)
-            if self.tables.shadowless is not None:
-                # what nothing blocks is sampled only: a ray may be blocked on its way there
-                lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
-            share = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, sampled))
-            value = emitter.eval(si, lit)
+
+            def share(number: Any, pdf: Any, on: Any) -> Any:
+                lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
+                if self.tables.shadowless is not None:
+                    # what nothing blocks is sampled only: a ray may be blocked on its way there
+                    lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
+                own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
+                return dr.select(lit, own, 0.0)
+
+            seen = mi.Bool(False)
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
-                value = dr.select(seen, self.tables.camera_world.eval(si, seen), value)
-                lit |= seen
-            return dr.select(lit, value * share, 0.0)
+            total = self.lights.met(si, path, share, self.tables, active, ~seen)
+            if self.tables.camera_world is not None:
+                total += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+            return dr.select(active, total, 0.0)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number), through what it shines through."""
+            if self.lights.is_empty:
+                return mi.Spectrum(0.0)
             si, bsdf, shape = hit
             wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-            ds, light = scene.sample_emitter_direction(si, sampler.next_2d(), False, wanted)
-            wanted &= ds.pdf != 0.0
-            number = self.tables.number(ds.emitter)
-            wo = si.to_local(ds.d)
-            wanted &= self.tables.lights_it(number, self.kind_of(bsdf, si, wo), path.depth, shape)
+            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf))
+            drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
+            wanted &= drawn.pdf != 0.0
+            wo = si.to_local(drawn.direction)
+            wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
-            wanted &= self.keeps_side(si, wo, ds.d) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
+            wanted &= self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted)
-            share = dr.select(ds.delta, 1.0, squared_share(ds.pdf, pdf))
+            share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
-                shadowless = self.tables.look_up(self.tables.shadowless, number) != 0
+                shadowless = self.tables.look_up(self.tables.shadowless, drawn.number) != 0
                 share = dr.select(shadowless, 1.0, share)
-            wanted &= dr.any(value * light != 0.0)
-            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed), wanted & ~shadowless)
-            return dr.select(wanted, value * light * share * dr.select(shadowless, 1.0, clear), 0.0)
+            wanted &= dr.any(value * drawn.value != 0.0)
+            ray = si.spawn_ray_to(drawn.point)
+            clear = self.clear_way(scene, ray, (drawn.number, path.passed), wanted & ~shadowless)
+            return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
+
+        def seen_side(self, si: Any, direction: Any) -> Any:
+            """Normal of the geometry on the side that a ray comes from."""
+            return dr.select(dr.dot(si.n, direction) > 0.0, -si.n, si.n)
+
+        def lets_through(self, bsdf: Any) -> Any:
+            """Whether light from behind a surface reaches its front."""
+            return mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission)
 
         def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
             """Kind of ray that a direction is for a surface: a mixed one counts as diffuse on its own side."""
@@ -263,32 +282,6 @@ def _integrator_class(variant: str) -> Any:
                 return mi.Bool(False)
             bits = self.tables.look_up(self.tables.shapes, shape)
             return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
-
-        def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
-            """Whether a diffuse ray meets a mirror or a glass that caustics are switched off for."""
-            limits = self.settings.limits
-            cut = mi.Bool(False)
-            flags = bsdf.flags()
-            diffuse = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
-            bends = mi.has_flag(flags, mi.BSDFFlags.Transmission)
-            if not limits.reflective_caustics:
-                cut |= ~bends
-            if not limits.refractive_caustics:
-                cut |= bends
-            return cut & ~diffuse & (kind == int(Rays.DIFFUSE))
-
-        def clamped(self, value: Any, indirect: Any) -> Any:
-            """A contribution brought down to the limits on a sample's mean."""
-            limits = self.settings.limits
-            if limits.clamp_direct <= 0 and limits.clamp_indirect <= 0:
-                return value
-            none = float(dr.largest(mi.Float))
-            highest = [limit * self.settings.white if limit > 0 else none
-                       for limit in (limits.clamp_direct, limits.clamp_indirect)]  # fmt: skip
-            low, high = (dr.opaque(mi.Float, limit) for limit in highest)
-            mean = dr.mean(dr.abs(value))
-            most = dr.select(indirect, high, low)
-            return value * dr.select(mean > most, most / mean, 1.0)
 
         def to_string(self) -> str:
             return "ScenePath"
