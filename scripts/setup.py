@@ -144,6 +144,8 @@ def whats_wrong() -> str:
 
 def packages() -> None:
     """Make .venv as the lock file says, from scratch where the one that is there cannot be trusted."""
+    discarded = VENV.with_name(".venv-discarded")
+    shutil.rmtree(discarded, ignore_errors=True)
     wrong = whats_wrong()
     if not wrong and STAMP.exists() and STAMP.read_text() == wanted():
         return
@@ -152,7 +154,10 @@ def packages() -> None:
         if VENV.is_symlink() or VENV.is_file():
             VENV.unlink()
         else:
-            shutil.rmtree(VENV)
+            # Moved first: a removal that is interrupted leaves a folder whose mark may be gone and whose packages
+            # lack files, and pip takes those for installed.
+            VENV.rename(discarded)
+            shutil.rmtree(discarded)
     if not VENV.exists():
         say(f"making .venv with Python {sys.version.split()[0]}")
         VENV.mkdir()

@@ -62,20 +62,21 @@ def compare(ours: Pixels, cycles: list[Pixels], ball: NDArray[np.bool_]) -> Comp
         return Comparison(1.0, 0.0, 0.0, {"size": 1.0})
     first, second, mine = (_calm(picture) for picture in (*cycles, ours))
     truth = (first + second) / 2
-    overall = float(truth[..., :3].mean())
+    # of magnitudes: a ball that glows with coordinates is as dark as it is bright, and its mean next to nothing
+    overall = float(np.abs(truth[..., :3]).mean())
     regions = {"all": np.ones(truth.shape[:2], bool)}
     if ball.shape == truth.shape[:2] and 0.02 < ball.mean() < 0.98:
         regions |= {"ball": ball, "rest": ~ball}
     by_region, noises = {}, []
     for name, mask in regions.items():
-        base = max(float(truth[mask][:, :3].mean()), DARKEST * overall, BLACK)
+        base = max(float(np.abs(truth[mask][:, :3]).mean()), DARKEST * overall, BLACK)
         error = _distance(mine, truth, mask) / base
         # two seeds differ by sqrt(2) of one's noise, ours and the mean of two by at most sqrt(1.5) of it
         noise = _distance(first, second, mask) / base
         by_region[name] = float(np.sqrt(max(error**2 - noise**2, 0.0)))
         noises.append(noise)
     by_region["alpha"] = float(np.abs(ours[..., 3] - (cycles[0][..., 3] + cycles[1][..., 3]) / 2).mean())
-    ratio = float(mine[..., :3].mean() / max(overall, 1e-9))
+    ratio = float(np.abs(mine[..., :3]).mean() / max(overall, 1e-9))
     return Comparison(max(by_region.values()), max(noises), ratio, by_region)
 
 

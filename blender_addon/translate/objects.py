@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -58,11 +59,18 @@ class Collected:
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
 
 
-def collect(translation: Translation) -> Collected:
-    """Walk over every instance that the render shows."""
+def everything(_instance: Any) -> bool:
+    """Whether an instance takes part where nothing more is asked."""
+    return True
+
+
+def collect(translation: Translation, shows: Callable[[Any], bool] = everything) -> Collected:
+    """Walk over every instance that the render shows, and that ``shows`` lets pass."""
     found = Collected(translation)
     for instance in translation.depsgraph.object_instances:
         thing = instance.object
+        if not shows(instance):
+            continue
         if not instance.show_self and not (instance.is_instance and instance.show_particles):
             continue
         try:

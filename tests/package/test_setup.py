@@ -105,6 +105,26 @@ def test_an_interruption_while_installing_starts_over(made: ModuleType, monkeypa
     assert made.whats_wrong() == "its set-up was interrupted"
 
 
+def test_an_interrupted_removal_starts_over(made: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    remove, ran = shutil.rmtree, []
+
+    def half(place: Path, **_ignored: bool) -> None:
+        if place.exists():
+            (place / ".unfinished").unlink()
+            raise KeyboardInterrupt
+
+    made.UNFINISHED.touch()
+    monkeypatch.setattr(made.shutil, "rmtree", half)
+    with pytest.raises(KeyboardInterrupt):
+        made.packages()
+    monkeypatch.setattr(made.shutil, "rmtree", remove)
+    monkeypatch.setattr(made, "install", lambda *command: ran.append(command))
+    assert not made.VENV.exists()
+    made.packages()
+    assert made.STAMP.exists()
+    assert sorted(path.name for path in made.VENV.parent.glob(".venv*")) == [".venv"]
+
+
 def test_every_pinned_package_is_locked_with_hashes() -> None:
     lock = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
     locked = {line.split("==")[0]: line for line in lock.splitlines() if "==" in line}

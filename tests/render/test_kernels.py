@@ -9,7 +9,21 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.scene import Color, Computed, Film, PointLight, Principled, SpotLight
+from spectral_core.scene import (
+    AddSurface,
+    Color,
+    Computed,
+    Diffuse,
+    Film,
+    Glossy,
+    ImageTexture,
+    Material,
+    MixSurface,
+    PointLight,
+    Principled,
+    SpotLight,
+    World,
+)
 from spectral_core.scene.shading import Builder
 from tests.render.scenes import lit_plane, matrix
 
@@ -70,3 +84,65 @@ def test_editing_numbers_of_a_node_tree_keeps_its_shape():
     """Also where an edited number comes to equal another: 0.4 and 0.2 are met by several of these."""
     shapes = {(_tree(n).base_color.program.shape, _tree(n).roughness.program.shape) for n in range(1, 8)}
     assert len(shapes) == 1
+
+
+def _dressed(number):
+    """Every kind of paint at once, each of its numbers another: noise, an image, a ramp, mixes, instances, a world."""
+    from tests.render.test_programs import noise_program
+
+    rng = np.random.default_rng(number)
+    gray = [0.2, 0.2, 0.2] if number % 2 else [0.1 * number, 0.2, 0.3]
+    build = Builder()
+    pixels = (rng.random((4, 4, 3)) * 255).astype(np.uint8)
+    image = build.add("image_color", (build.add("vector_input", (), "uv", 0),), False, data=ImageTexture("i", pixels))
+    surface = MixSurface(
+        Computed(noise_program(2.0 + number)),
+        replace(_tree(number), coat_weight=0.1 * number, emission_strength=0.1 * number),
+        AddSurface(
+            Diffuse(Computed(build.program(image)), roughness=0.1 * number),
+            Glossy(Color(gray), 0.2 + 0.1 * number, anisotropy=0.0),
+        ),
+    )
+    world = World(Color(gray), strength=0.5 * number)
+    scene = _frame(number)
+    lights = (replace(scene.lights[0], color=Color(gray)), scene.lights[1])
+    placed = [replace(scene.instances[0], name=str(k), materials=("m",), color=(0.1 * number, 0, 0, 1)) for k in (0, 1)]
+    turned = replace(placed[1], world_from_object=matrix((0, 0, -0.1 * number), 0.5), index=number)
+    return replace(
+        scene, lights=lights, world=world, materials=(Material("m", surface),), instances=(placed[0], turned)
+    )
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_editing_any_number_of_trees_lamps_world_and_objects_compiles_nothing(transport):
+    import drjit
+
+    def frame(number):
+        scene = _dressed(number)
+        return replace(scene, settings=replace(scene.settings, transport=transport))
+
+    render_scene(frame(1))
+    with drjit.scoped_set_flag(drjit.JitFlag.KernelHistory, True):
+        drjit.kernel_history_clear()
+        for number in range(2, 5):
+            assert np.isfinite(render_scene(frame(number)).pixels).all()
+        history = drjit.kernel_history()
+    traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
+    assert len(traced) >= 6
+    assert all(kernel["cache_hit"] for kernel in traced)
+
+
+def test_a_rendered_scene_is_let_go():
+    """Its BSDFs leave the renderer's registry: they would be traced with every later scene, and their memory kept."""
+    import drjit
+    import mitsuba as mi
+
+    def next_number():
+        made = mi.load_dict({"type": "diffuse"})
+        return int(drjit.reinterpret_array(mi.UInt32, mi.BSDFPtr(made))[0])
+
+    render_scene(_dressed(1))
+    before = next_number()
+    for number in (2, 3):
+        render_scene(_dressed(number))
+    assert next_number() == before

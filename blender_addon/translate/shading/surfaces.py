@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from spectral_core.scene import (
+    LARGEST,
     AddSurface,
     Computed,
     Diffuse,
@@ -180,7 +181,8 @@ def _scaled(reader: Reader, output: Output, factor: float) -> Scalar:
     if place is None or factor == 1.0:
         return reader.scalar(place, 1.0)
     strength = reader.as_value(reader.field(place))
-    return scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
+    scaled = scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
+    return min(scaled, LARGEST) if isinstance(scaled, float) else scaled
 
 
 def _mix(reader: Reader, output: Output) -> Surface:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.plugins.numbers import aligned
 from spectral_core.render.plugins.paints.tables import attribute_name
 from spectral_core.scene.geometry import Attribute, Mesh
 
@@ -92,7 +93,7 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
     if part.uvs is not None:
         arrays["vertex_texcoords"] = part.uvs
     for name, array in arrays.items():
-        parameters[name] = type(parameters[name])(array.ravel())
+        parameters[name] = type(parameters[name])(aligned(array))
     parameters.update()
     return mesh
 

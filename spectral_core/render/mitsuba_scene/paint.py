@@ -92,11 +92,12 @@ def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> 
     size = float(rgb.max())
     if size == 0:
         return white.scaled(0.0)
-    if np.ptp(rgb) == 0:  # a gray tints nothing: the white keeps its own knots
-        return white.scaled(size)
-    # between the knots of the white and of 1 nm: the color varies slowly, a white such as HP1 may not
+    # between the knots of the white and of 1 nm: the color varies slowly, a white such as HP1 may not; the same knots
+    # for all colors, so that another color needs no new kernel
     grid = SpectralGrid(np.union1d(WAVELENGTHS_NM, white.grid.wavelengths_nm))
-    tinted = white.at(grid.wavelengths_nm) * upsampled(rgb / size, grid.wavelengths_nm) * size
+    is_gray = np.ptp(rgb) == 0  # it tints nothing
+    tint = 1.0 if is_gray else upsampled(rgb / size, grid.wavelengths_nm)
+    tinted = white.at(grid.wavelengths_nm) * tint * size
     return Spectrum("emitted color", grid, tinted)
 
 

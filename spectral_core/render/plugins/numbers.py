@@ -6,6 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+CACHE_LINE = 64
 
 
 def opaque_number(mi: Any, dr: Any, value: float) -> Any:
@@ -13,17 +16,22 @@ def opaque_number(mi: Any, dr: Any, value: float) -> Any:
     return dr.opaque(mi.Float, float(value))
 
 
-def table(kind: Any, values: Any) -> Any:
-    """A flat array of the renderer from numbers, at an address that vector instructions like.
+def aligned(values: NDArray[Any]) -> NDArray[Any]:
+    """The same values, flat, where a cache line begins.
 
-    Dr.Jit reads NumPy's own memory, and a kernel for unaligned memory is another kernel: the same scene would be
-    compiled again whenever NumPy happens to allocate elsewhere.
+    Dr.Jit takes NumPy's memory as it lies, and reads pairs of numbers in another way where they do not lie on an even
+    address: the kernel would depend on chance.
     """
+    flat = np.ravel(values)
+    room = np.empty(flat.nbytes + CACHE_LINE, np.uint8)
+    start = -room.ctypes.data % CACHE_LINE
+    placed = room[start : start + flat.nbytes].view(flat.dtype)
+    placed[:] = flat
+    return placed
+
+
+def table(kind: Any, values: Any) -> Any:
+    """A flat array of the renderer from numbers: of 32-bit floats or, from whole numbers, of 32-bit integers."""
     given = np.asarray(values)
     wanted = np.float32 if np.issubdtype(given.dtype, np.floating) else np.uint32
-    flat = given.astype(wanted).ravel()
-    memory = np.empty(flat.nbytes + 64, np.uint8)
-    start = -memory.ctypes.data % 64
-    aligned = memory[start : start + flat.nbytes].view(wanted)
-    aligned[:] = flat
-    return kind(aligned)
+    return kind(aligned(given.astype(wanted)))

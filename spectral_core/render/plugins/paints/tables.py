@@ -43,8 +43,7 @@ class SceneTables:
         row = np.zeros(ROW)
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
         self.rows[number] = row
-        self.has_instances |= is_instance
-        self._kept.append(shape)
+        self.has_instances |= is_instance  # only its number is kept: a shape that knew its own paints would never end
 
     def buffer(self) -> Any:
         """All rows on the device; what was never placed stands in the world as it is."""
