@@ -44,7 +44,7 @@ class Measure:
     ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
     paths of the whole scene, so that they add up to it; a tuple of names renders those alone. ``sampling_lights``:
     lights whose wavelengths are drawn most often; None for the scene's own. Renders with equal seeds and equal
-    ``sampling_lights`` trace the same paths.
+    ``sampling_lights`` trace the same paths, however bright their lights are; so do groups.
     """
 
     bands: Bands | None = None
@@ -75,7 +75,12 @@ class RenderJob:
         try:
             own_paths = not plan.is_on("media") and not self.scene.volumes
             self._loaded = load_scene(
-                self.scene, self._mitsuba, spectral=plan.is_spectral, groups=bool(measure.groups), own_lights=own_paths
+                self.scene,
+                self._mitsuba,
+                spectral=plan.is_spectral,
+                groups=bool(measure.groups),
+                own_lights=own_paths,
+                even=bool(measure.groups) or measure.sampling_lights is not None,
             )
             self._integrators = self._load_integrators(groups=bool(measure.groups))
             self._first_hit = FirstHit(

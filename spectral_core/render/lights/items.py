@@ -17,26 +17,36 @@ WIDE_SUN = 0.15
 
 def near_rows(lights: LightList) -> Rows:
     """Lamps and triangles, in the order of items."""
-    bright = [source.brightness for source in lights.sources]
+    bright = lights.strengths()
     parts = [_ball(ball, bright[ball.source]) for ball in lights.balls]
-    parts += [_panel(panel, bright[panel.source]) for panel in lights.panels]
-    parts += [_glow(glow, bright[glow.source]) for glow in lights.glows]
+    parts += [_panel(panel, bright[panel.source] / (panel.area if lights.even else 1.0)) for panel in lights.panels]
+    parts += [_glow(glow, bright[glow.source], even=lights.even) for glow in lights.glows]
     return Rows.joined(parts) if parts else _rows([], [], [])
 
 
 def far_rows(lights: LightList) -> Rows:
     """Suns and the surroundings, by irradiance."""
-    centers, radii, strengths = [], [], []
+    bright, centers, radii, strengths = lights.strengths(), [], [], []
+    # what an even choice makes of a lamp at the usual distance, the extent of all of them
+    usual = 1.0 / _usual_distance(lights) ** 2
     for sun in lights.suns:
         size = np.pi * np.sin(sun.half_angle) ** 2 if sun.half_angle > 0 else 1.0
         centers.append(sun.direction)
         radii.append(FAR_WORLD if sun.half_angle > WIDE_SUN else FAR_SUN)
-        strengths.append(lights.sources[sun.source].brightness * size)
+        strengths.append(usual if lights.even else bright[sun.source] * size)
     if lights.world is not None:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
-        strengths.append(lights.world[1])
+        strengths.append(usual if lights.even else lights.world[1])
     return _rows(centers, radii, strengths)
+
+
+def _usual_distance(lights: LightList) -> float:
+    """Half the extent of all lamps, 1 where there is at most one."""
+    places = [ball.center for ball in lights.balls] + [panel.center for panel in lights.panels]
+    places += [glow.corners.mean(axis=(0, 1)) for glow in lights.glows]
+    extent = float(np.linalg.norm(np.ptp(places, axis=0))) / 2 if places else 0.0
+    return extent or 1.0
 
 
 def _rows(centers: list, radii: list, strengths: list) -> Rows:
@@ -80,15 +90,18 @@ def _panel(panel: Panel, radiance: float) -> Rows:
     return _beamed(rows, panel.normal, cosine, 1 / (1 - cosine))
 
 
-def _glow(glow: Glow, radiance: float) -> Rows:
+def _glow(glow: Glow, radiance: float, *, even: bool) -> Rows:
     normals, areas = geometry(glow.corners)
+    strengths = areas * radiance * glow.brightness
+    if even:  # the whole object counts as one lamp
+        strengths = areas * glow.brightness / max(float((areas * glow.brightness).sum()), 1e-300)
     centers = glow.corners.mean(axis=1)
     reach = np.linalg.norm(glow.corners - centers[:, None], axis=2).max(axis=1)
     count = len(areas)
     return Rows(
         centers,
         reach,
-        areas * radiance * glow.brightness,
+        strengths,
         normals,
         np.zeros(count),
         np.full(count, 0.01),

@@ -131,8 +131,15 @@ class LightList:
     glows: list[Glow] = field(default_factory=list)
     world: tuple[int, float] | None = None
     """The surroundings: their source, and the irradiance that they give where nothing hides them."""
+    even: bool = False
+    """Whether every source is asked as if it were as bright as any other, near and far alike: a recording is mixed
+    later, and must neither depend on how bright its lights are nor starve one."""
     gains: Array = field(default_factory=lambda: np.ones(0))
     on_change: Any = None
+
+    def strengths(self) -> list[float]:
+        """Brightness of each source as choices know it."""
+        return [1.0 if self.even and source.brightness > 0 else source.brightness for source in self.sources]
 
     def add_source(self, source: Source) -> int:
         """Enter a source; gives its index. Rules know it by this number plus 1."""

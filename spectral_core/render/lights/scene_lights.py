@@ -112,7 +112,7 @@ class SceneLights:
             if kind == WORLD:
                 ds, weight = self.world.sample_direction(si, uv, of_kind)
                 drawn = Drawn(ds.d, mi.Float(dr.inf), mi.Float(1.0), ds.pdf, mi.Bool(False), ds.n, ds.uv)
-                light = weight * self.emission.gain(source, of_kind)
+                light = mi.Spectrum(weight) * self.emission.gain(source, of_kind)
             else:
                 draws = {BALL: self.balls, PANEL: self.panels, TRIANGLE: self.glows, SUN: self.suns}[kind]
                 drawn = draws.draw(slot, si.p, uv, of_kind)
@@ -166,7 +166,7 @@ class SceneLights:
             wanted = missed & ~path.before_delta
             pdf = self.world.pdf_direction(path.before, ds, wanted)
             pdf *= self.choice.probability(self._first[WORLD], to, wanted)
-            shown = self.world.eval(si, missed) * self.emission.gain(source, missed)
+            shown = mi.Spectrum(self.world.eval(si, missed)) * self.emission.gain(source, missed)
             total += shown * rule(source + 1, pdf, missed)
         return total
 

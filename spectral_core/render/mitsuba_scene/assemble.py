@@ -57,16 +57,16 @@ class LoadedScene:
 
 
 def load_scene(
-    scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False, own_lights: bool = False
+    scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False, own_lights: bool = False, even: bool = False
 ) -> LoadedScene:
     """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable.
 
     ``own_lights``: lamps and glowing meshes go into the tables of ``render.lights``, which our own paths choose from,
-    instead of being Mitsuba's emitters.
+    instead of being Mitsuba's emitters. ``even``: that choice does not know how bright each light is.
     """
     white = scene.settings.white
     context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
-    context.lights = LightList() if own_lights else None
+    context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
