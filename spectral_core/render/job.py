@@ -15,12 +15,13 @@ from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
-from spectral_core.render.mitsuba_scene.rules import Tables
+from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.units import in_working_units
-from spectral_core.render.plan.effects import EffectPlan
+from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.scene_path import scene_path
@@ -52,13 +53,27 @@ class Measure:
     sampling_lights: Sequence[Spectrum] | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TracedScene:
+    """A loaded scene for what traces it in a way of its own: ``unit``, its working units in one of the scene's."""
+
+    mitsuba: Any
+    scene: Any
+    rules: RayRules
+    lights: Any
+    first_hit: FirstHit
+    unit: float
+
+
 class RenderJob:
     """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan
         radius = scene_radius(scene)
-        self.scene = in_working_units(simulated_scene(scene, plan), radius)
+        simulated = simulated_scene(scene, plan)
+        self.scene = in_working_units(simulated, radius)
+        self._unit = 1.0 if self.scene is simulated else 1.0 / radius
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
         self.variant = backend.variant
         self._mitsuba = activate(backend)
@@ -71,6 +86,7 @@ class RenderJob:
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
+        self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
             own_paths = not plan.is_on("media") and not self.scene.volumes
@@ -139,8 +155,23 @@ class RenderJob:
         # bodies of our own lamps stand in no shadow ray's way
         clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
         settings = PathSettings(plan.bounces, clear, limits, white)
-        lights = self._loaded.lights or MitsubaLights(self._mitsuba, self._loaded.scene)
-        return scene_path(self._mitsuba, settings, self._loaded.rules, lights)
+        return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights())
+
+    def _lights(self) -> Any:
+        """Our own tables of lights, or Mitsuba's emitters."""
+        return self._loaded.lights or MitsubaLights(self._mitsuba, self._loaded.scene)
+
+    def chosen_pixels(self) -> ChosenPixels:
+        """What traces pixels of one's own choice, with all lights."""
+        integrator = next(iter(self._integrators.values()))
+        view = (self.scene.camera, self.scene.film)
+        return ChosenPixels(self._mitsuba, view, self._wavelengths, self._first_hit, integrator)
+
+    def traced_scene(self) -> TracedScene:
+        """What is loaded, for the plan's pilot."""
+        return TracedScene(
+            self._mitsuba, self._loaded.scene, self._loaded.rules, self._lights(), self._first_hit, self._unit
+        )
 
     @property
     def notes(self) -> tuple[Note, ...]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
-from spectral_core.render.lights.scene_lights import LightSample, Rule
+from spectral_core.render.lights.scene_lights import LightSample, Met, Rule
 
 
 class MitsubaLights:
@@ -22,7 +22,7 @@ class MitsubaLights:
         ds, light = self._scene.sample_emitter_direction(si, sampler.next_2d(), False, active)
         return LightSample(ds.d, ds.p, light, ds.pdf, ds.delta, tables.number(ds.emitter))
 
-    def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Any:
+    def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Met:
         """Light that a ray brings from what it hits or from the surroundings."""
         import drjit as dr
 
@@ -32,4 +32,8 @@ class MitsubaLights:
         ds = mi.DirectionSample3f(self._scene, si, path.before)
         ds.n = dr.select(si.is_valid(), si.n, ds.n)  # the density is one of the geometry, not of its shading
         pdf = self._scene.pdf_emitter_direction(path.before, ds, active & ~path.before_delta)
-        return emitter.eval(si, active) * rule(tables.number(emitter), pdf, active)
+        light = emitter.eval(si, active) * rule(tables.number(emitter), pdf, active)
+        hit = si.is_valid()
+        # a lamp's body lets rays through, a glowing surface does not
+        body = hit & mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Null)
+        return Met(dr.select(body, light, 0.0), dr.select(hit & ~body, light, 0.0), dr.select(hit, 0.0, light))

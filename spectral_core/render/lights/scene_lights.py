@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.render.lights.balls import Balls, Drawn
 from spectral_core.render.lights.bodies import Bodies
@@ -40,6 +41,15 @@ class LightSample:
     number: Any
 
 
+@dataclass
+class Met:
+    """Light that a ray brings, by what it comes from."""
+
+    lamps: Any
+    glows: Any
+    world: Any
+
+
 class SceneLights:
     """Tables of every light. ``reach``: a distance beyond everything in the scene."""
 
@@ -61,6 +71,10 @@ class SceneLights:
         self.world: Any = None if lights.world is None else lights.sources[lights.world[0]].emitter
         self._world_source = None if lights.world is None else drjit.opaque(mi.UInt32, lights.world[0])
         self.is_empty = not self.kinds
+        self._kinds_by_number = np.zeros(len(lights.sources) + 1, np.uint32)
+        self._kinds_by_number[[glow.source + 1 for glow in lights.glows]] = 2
+        if lights.world is not None:
+            self._kinds_by_number[lights.world[0] + 1] = 1
         has_bodies = bool(lights.panels) or any(ball.radius > 0 for ball in lights.balls)
         self.bodies = Bodies(mi, lights) if has_bodies else None
         self.any_visible = any(s.camera_visible for s in lights.sources)
@@ -79,7 +93,9 @@ class SceneLights:
             self._varied = mi.EmitterPtr(varied)
         self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)))
 
-    # drawing
+    def kinds_by_number(self) -> NDArray[np.uint32]:
+        """By number of a light: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
+        return self._kinds_by_number
 
     def draw(self, si: Any, to: Receiver, sampler: Any, tables: Any, active: Any) -> LightSample:
         """A light for a receiver."""
@@ -140,25 +156,25 @@ class SceneLights:
 
     # meeting
 
-    def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Any:
+    def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Met:
         """Light that a ray brings from lamps on its way, from what it hits, and from the surroundings."""
         import drjit as dr
 
         mi = self._mi
-        total = mi.Spectrum(0.0)
+        total = Met(mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
         to = Receiver(path.before.p, path.before.n, path.before_both)
         camera = path.depth == 0
         may_meet = active & (mi.Bool(True) if self.any_visible else ~camera)
         if self.glows is not None:
-            total += self._met_glow(si, to, path, rule, tables, active & si.is_valid())
+            total.glows = self._met_glow(si, to, path, rule, tables, active & si.is_valid())
         if self.bodies is not None:
             length = dr.minimum(si.t, path.ray.maxt)
-            total += self.bodies.each(
+            total.lamps += self.bodies.each(
                 path.ray, length, may_meet, lambda item, on: self._met_body(item, length, to, path, rule, on)
             )
         missed = active & ~si.is_valid() & shows_world
         if self.suns is not None and self.suns.have_size:
-            total += self._met_suns(to, path, rule, may_meet & ~si.is_valid())
+            total.lamps += self._met_suns(to, path, rule, may_meet & ~si.is_valid())
         if self.world is not None:
             source = mi.UInt32(self._world_source)
             ds = dr.zeros(mi.DirectionSample3f)
@@ -167,7 +183,7 @@ class SceneLights:
             pdf = self.world.pdf_direction(path.before, ds, wanted)
             pdf *= self.choice.probability(self._first[WORLD], to, wanted)
             shown = mi.Spectrum(self.world.eval(si, missed)) * self.emission.gain(source, missed)
-            total += shown * rule(source + 1, pdf, missed)
+            total.world = shown * rule(source + 1, pdf, missed)
         return total
 
     def _seen(self, source: Any, path: Any, active: Any) -> Any:

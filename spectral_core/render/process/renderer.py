@@ -21,7 +21,7 @@ import numpy as np
 
 from spectral_core import child, errors
 from spectral_core.errors import RenderError
-from spectral_core.render.plan.effects import EffectPlan, plan_effects
+from spectral_core.render.plan.effects import EffectPlan, plan_from_data
 from spectral_core.render.process.messages import receive, send
 from spectral_core.render.still import Progress, RenderResult
 from spectral_core.render.trace.wavelengths import Bands
@@ -64,7 +64,7 @@ class RenderProcess:
         A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError where the
         process died or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
         """
-        plan = plan_effects(scene)  # a wrong override is an error before a process starts
+        plan = plan_from_data(scene)  # a wrong override is an error before a process starts
         options = {"bands": bands, "groups": groups, "sampling_lights": sampling_lights}
         with self._lock:
             worker = self._running()
@@ -73,6 +73,32 @@ class RenderProcess:
                 return self._follow(worker, (scene, plan), on_progress, should_stop)
             except BaseException:
                 # whatever went wrong here, an answer may still be on its way: the next render gets a new process
+                if not worker.idle:
+                    self._end()
+                raise
+
+    def plan(self, scene: Scene, tolerance: float | None = None) -> EffectPlan:
+        """``plan_effects`` with its pilot, elsewhere. Raises as it does, and RenderError where the process died."""
+        plan_from_data(scene, tolerance)
+        plan: EffectPlan = self.call("plan", scene, tolerance)
+        return plan
+
+    def call(self, name: str, *arguments: Any) -> Any:
+        """Answer of one of the worker's ``CALLS``; raises RenderError where the process died."""
+        with self._lock:
+            worker = self._running()
+            try:
+                worker.post(("call", (name, arguments)))
+                while True:
+                    message = worker.next_message(_POLL_S)
+                    if message is not None:
+                        break
+                worker.idle = True
+                kind, content = message
+                if kind == "error":
+                    raise _as_error(*content)
+                return content
+            except BaseException:
                 if not worker.idle:
                     self._end()
                 raise

@@ -13,18 +13,19 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
-from spectral_core.render.trace.path_limits import clamped, cut_caustic
+from spectral_core.render.trace import path_limits
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.scene import Rays
 
 
 def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules, lights: Any = None) -> Any:
     """The integrator under the active variant; ``lights``: our own tables, None for Mitsuba's emitters."""
-    return _integrator_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights)
+    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights)
 
 
 @cache
-def _integrator_class(variant: str) -> Any:
+def scene_path_class(variant: str) -> Any:
+    """The integrator's class under ``variant``, which must be the active one; the plan's pilot extends it."""
     import drjit as dr
     import mitsuba as mi
 
@@ -87,6 +88,8 @@ def _integrator_class(variant: str) -> Any:
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
 
+        State = PathState
+
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
             self.tables, self.settings, self.lights = tables, settings, lights
@@ -96,6 +99,10 @@ def _integrator_class(variant: str) -> Any:
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission = count(limits.transmission)
+            self.met: Any = None
+            """What the ray brought, by what it came from."""
+            self.asked: Any = None
+            """Number of the light that the last surface asked."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
@@ -118,15 +125,15 @@ def _integrator_class(variant: str) -> Any:
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
             si.wi = self.upright(si)
             arrived = self.arrived(si, path, path.active & ~unseen)
-            path.light += clamped(self.settings, path.throughput * arrived, path.depth > 1)
+            path.light += self.clamped(path.throughput * arrived, path.depth > 1)
 
             hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
             path.seen |= hit
             bsdf = si.bsdf()
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
-            hit &= ~cut_caustic(self.settings, bsdf, path.kind) & (path.passed <= self.layers)
+            hit &= ~self.cut_caustic(bsdf, path.kind) & (path.passed <= self.layers)
             direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
-            path.light += clamped(self.settings, path.throughput * direct, path.depth > 0)
+            path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
             bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit)
@@ -206,13 +213,14 @@ def _integrator_class(variant: str) -> Any:
             seen = mi.Bool(False)
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
-            total = self.lights.met(si, path, share, self.tables, active, ~seen)
+            self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
             if self.tables.camera_world is not None:
-                total += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
-            return dr.select(active, total, 0.0)
+                self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+            return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number), through what it shines through."""
+            self.asked = mi.UInt32(0)
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
             si, bsdf, shape = hit
@@ -220,6 +228,7 @@ def _integrator_class(variant: str) -> Any:
             to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf))
             drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
             wanted &= drawn.pdf != 0.0
+            self.asked = drawn.number
             wo = si.to_local(drawn.direction)
             wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
@@ -282,6 +291,14 @@ def _integrator_class(variant: str) -> Any:
                 return mi.Bool(False)
             bits = self.tables.look_up(self.tables.shapes, shape)
             return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
+
+        def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
+            """Whether a diffuse ray meets a mirror or a glass that caustics are switched off for."""
+            return path_limits.cut_caustic(self.settings, bsdf, kind)
+
+        def clamped(self, value: Any, indirect: Any) -> Any:
+            """A contribution brought down to the limits on a sample's mean."""
+            return path_limits.clamped(self.settings, value, indirect)
 
         def to_string(self) -> str:
             return "ScenePath"
