@@ -139,7 +139,8 @@ def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
 
 def _book(pilot: Any, light: Any, parts: tuple[Any, Any], counts: Any, when: tuple[Any, Any], met: float) -> None:
     """Add light to a pilot's rows; ``parts``: from the surroundings and from what glows; ``when``: it is there, and it
-    comes after the first surface."""
+    comes after the first surface.
+    """
     import drjit as dr
     import mitsuba as mi
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Cycles' settings of a file cut off from paths: caustics, and contributions above a clamp."""
+"""What is cut off from paths: caustics, contributions above a clamp, and what surfaces on a shadow ray keep back."""
 
 from __future__ import annotations
 
@@ -39,3 +39,31 @@ def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
     mean = dr.mean(dr.abs(value))
     most = dr.select(indirect, high, low)
     return value * dr.select(mean > most, most / mean, 1.0)
+
+
+def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tuple[Any, Any], active: Any) -> Any:
+    """The product of what the surfaces on a shadow ray let through.
+
+    ``way``: scene and ray; ``light``: number of the light, surfaces passed before.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    scene, ray = way
+    emitter, passed = light
+
+    def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
+        si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+        met = active & si.is_valid()
+        blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
+        clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
+        layers = dr.select(blocks, layers + 1, layers)
+        rest = ray.maxt - si.t
+        ray = dr.select(met, si.spawn_ray(ray.d), ray)
+        ray.maxt = rest
+        return ray, clear, layers, met & (dr.max(clear) > 0.0) & (layers <= most_layers)
+
+    start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), active)
+    _, clear, layers, _ = dr.while_loop(start, lambda _r, _c, _n, active: active, body)
+    # a way that was cut off in the middle is blocked
+    return dr.select(layers <= most_layers, clear, 0.0)

@@ -263,27 +263,7 @@ def scene_path_class(variant: str) -> Any:
             """Share of light that comes through from a point of an emitter (number, surfaces passed before)."""
             if not (self.settings.transparency or self.tables.blocks_selectively):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
-            return self.through(scene, ray, light, mi.Bool(active))
-
-        def through(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
-            """The product of what the surfaces on a shadow ray let through."""
-            emitter, passed = light
-
-            def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
-                si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
-                met = active & si.is_valid()
-                blocks = met & self.tables.casts_shadow(self.tables.shape_number(si), emitter)
-                clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
-                layers = dr.select(blocks, layers + 1, layers)
-                rest = ray.maxt - si.t
-                ray = dr.select(met, si.spawn_ray(ray.d), ray)
-                ray.maxt = rest
-                return ray, clear, layers, met & (dr.max(clear) > 0.0) & (layers <= self.layers)
-
-            start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), active)
-            _, clear, layers, _ = dr.while_loop(start, lambda _r, _c, _n, active: active, body)
-            # a way that was cut off in the middle is blocked
-            return dr.select(layers <= self.layers, clear, 0.0)
+            return path_limits.shone_through(self.tables, self.layers, (scene, ray), light, mi.Bool(active))
 
         def is_hole(self, shape: Any, kind: Any) -> Any:
             """Whether a ray of the camera meets a holdout, which shows nothing."""
