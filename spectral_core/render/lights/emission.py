@@ -24,13 +24,14 @@ class Emission:
         else:
             rgb = [np.zeros(3) if s.emitted is None else np.asarray(s.emitted) for s in lights.sources]
             self._colors = table(mitsuba.Float, np.array(rgb, np.float32).reshape(-1, 3))
-        self._gains = mitsuba.Float(1.0)
-        self.update()
-        lights.on_change = self.update
+        self._read, self._switched = -1, mitsuba.Float(1.0)
 
-    def update(self) -> None:
-        """Read which sources are on."""
-        self._gains = table(self._mi.Float, self._lights.gains)
+    @property
+    def _gains(self) -> Any:
+        """1 for sources that are on."""
+        if self._read != self._lights.changes:
+            self._read, self._switched = self._lights.changes, table(self._mi.Float, self._lights.gains)
+        return self._switched
 
     def _load_spectra(self, sources: list[Source], texture_of: Any) -> None:
         """Distinct spectra as rows at whole nm where that is exact, as textures where it is not."""

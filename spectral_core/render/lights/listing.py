@@ -135,7 +135,8 @@ class LightList:
     """Whether every source is asked as if it were as bright as any other, near and far alike: a recording is mixed
     later, and must neither depend on how bright its lights are nor starve one."""
     gains: Array = field(default_factory=lambda: np.ones(0))
-    on_change: Any = None
+    changes: int = 0
+    """How often a source was switched: tables are read anew then. A call back would keep the scene in memory."""
 
     def strengths(self) -> list[float]:
         """Brightness of each source as choices know it."""
@@ -150,5 +151,4 @@ class LightList:
     def switch(self, source: int, on: bool) -> None:
         """Turn a source on or off; what is drawn does not change, so that groups add up."""
         self.gains[source] = 1.0 if on else 0.0
-        if self.on_change is not None:
-            self.on_change()
+        self.changes += 1

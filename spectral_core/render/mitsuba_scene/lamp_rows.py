@@ -12,6 +12,7 @@ from spectral_core.render.lights.listing import Ball, Beam, Glow, LightList, Pan
 from spectral_core.render.mitsuba_scene import geometry, paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
+from spectral_core.render.plugins.numbers import table
 from spectral_core.scene import (
     AreaLight,
     Color,
@@ -128,9 +129,22 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
 
 def add_world(context: Context, lights: LightList, world: World, emitter: Any) -> int:
     """Enter the surroundings, whose light Mitsuba's emitter knows."""
+    _read_numbers(context, emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
     lights.world = (source, np.pi * _mean_brightness(world))
     return source
+
+
+def _read_numbers(context: Context, emitter: Any) -> None:
+    """Let kernels read an emitter's numbers instead of knowing them: another color then compiles nothing."""
+    import drjit as dr
+
+    parameters = context.mitsuba.traverse(emitter)
+    for name, value in list(parameters.items()):
+        if dr.is_jit_v(value):
+            dr.make_opaque(value)
+            parameters[name] = value
+    parameters.update()
 
 
 def _mean_brightness(world: World) -> float:
@@ -188,11 +202,12 @@ def _glow_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, 
     total = np.zeros(len(corners))
     for weights in ((0.6, 0.2, 0.2), (0.2, 0.6, 0.2), (0.2, 0.2, 0.6)):
         si = dr.zeros(mi.SurfaceInteraction3f, len(corners))
-        si.p = mi.Point3f(np.tensordot(corners, weights, (1, 0)).T.astype(np.float32))
+        si.p = mi.Point3f(*(table(mi.Float, row) for row in np.tensordot(corners, weights, (1, 0)).T))
         normals, _ = triangle_geometry(corners)
-        si.n = mi.Normal3f(normals.T.astype(np.float32))
+        si.n = mi.Normal3f(*(table(mi.Float, row) for row in normals.T))
         si.sh_frame, si.wi = mi.Frame3f(si.n), mi.Vector3f(0.0, 0.0, 1.0)
-        si.uv = mi.Point2f(0.0) if uvs is None else mi.Point2f(np.tensordot(uvs, weights, (1, 0)).T.astype(np.float32))
+        at = np.broadcast_to(weights[1:], (len(corners), 2)) if uvs is None else np.tensordot(uvs, weights, (1, 0))
+        si.uv = mi.Point2f(*(table(mi.Float, row) for row in at.T))
         si.shape, si.prim_index = mi.ShapePtr(shape), dr.arange(mi.UInt32, len(corners))
         if context.spectral:
             si.wavelengths = mi.Spectrum(450.0, 530.0, 590.0, 640.0)
