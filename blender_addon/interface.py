@@ -20,6 +20,7 @@ FEATURES = {
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
+        "design.possible",
     ),
     "drawing": ("icons", "overlay", "dial"),
     "panels": ("spectrum", "palette", "texture", "render", "volume", "dial", "board", "sweep"),

@@ -188,6 +188,23 @@ class SpectralPaletteConflict(bpy.types.PropertyGroup):
     text: StringProperty()
 
 
+class SpectralPossible(bpy.types.PropertyGroup):
+    """The answer to "Possible?" for one cell, as it was asked."""
+
+    material_uid: IntProperty()
+    light_uid: IntProperty()
+    asked: FloatVectorProperty(
+        name="Asked For", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The color that was asked about"
+    )
+    nearest: FloatVectorProperty(
+        name="Nearest", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0,
+        description="The possible color that is nearest to the wanted one",
+    )  # fmt: skip
+    nearest_linear: FloatVectorProperty(size=3)
+    reachable: BoolProperty()
+    words: StringProperty(description="Whether it is possible, and what is in the way; one line each")
+
+
 class SpectralPalette(bpy.types.PropertyGroup):
     """Table, weights, and the state of the last solve."""
 
@@ -239,6 +256,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     message: StringProperty(description="Error of the palette; empty if none")
     notes: StringProperty(description="Notes on changes that were not asked for, one per line")
     conflicts: CollectionProperty(type=SpectralPaletteConflict)
+    possible: PointerProperty(type=SpectralPossible)
     milliseconds: FloatProperty()
     light_scale: FloatProperty(default=1.0)
     worst_delta_e: FloatProperty()
@@ -249,6 +267,7 @@ CLASSES = (
     SpectralPaletteLight,
     SpectralPaletteMaterial,
     SpectralPaletteConflict,
+    SpectralPossible,
     SpectralPalette,
 )
 
