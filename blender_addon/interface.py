@@ -11,8 +11,8 @@ from types import ModuleType
 
 FEATURES = {
     "properties": (
-        "spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "texture_design", "scene",
-        "volume", "texture",
+        "spectrum", "palette_cell", "palette_answers", "palette", "render", "dial", "board", "sweep",
+        "texture_design", "scene", "volume", "texture",
     ),
     "editing": (
         "spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep", "texture_job",
@@ -20,7 +20,7 @@ FEATURES = {
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
-        "design.possible",
+        "design.possible", "design.alternatives", "design.paint",
     ),
     "drawing": ("icons", "overlay", "dial"),
     "panels": ("spectrum", "palette", "texture", "render", "volume", "dial", "board", "sweep"),

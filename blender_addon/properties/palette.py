@@ -17,6 +17,7 @@ from bpy.props import (
 
 from .fields import Field, by_name
 from .hooks import Topic, announces
+from .palette_answers import SpectralAlternative, SpectralDye, SpectralPossible
 from .palette_cell import SpectralPaletteCell, edited
 from .spectrum import SpectralSpectrum
 
@@ -176,6 +177,10 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     )  # fmt: skip
     material_name: StringProperty(description="Name of that material when it was chosen")
     cells: CollectionProperty(type=SpectralPaletteCell)
+    locked: BoolProperty(
+        name="Lock", default=False, description="Keep this material as it is while other answers are looked for"
+    )
+    dyes: CollectionProperty(type=SpectralDye)
 
 
 class SpectralPaletteConflict(bpy.types.PropertyGroup):
@@ -186,23 +191,6 @@ class SpectralPaletteConflict(bpy.types.PropertyGroup):
     relief_material_uid: IntProperty()
     relief_light_uid: IntProperty()
     text: StringProperty()
-
-
-class SpectralPossible(bpy.types.PropertyGroup):
-    """The answer to "Possible?" for one cell, as it was asked."""
-
-    material_uid: IntProperty()
-    light_uid: IntProperty()
-    asked: FloatVectorProperty(
-        name="Asked For", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The color that was asked about"
-    )
-    nearest: FloatVectorProperty(
-        name="Nearest", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0,
-        description="The possible color that is nearest to the wanted one",
-    )  # fmt: skip
-    nearest_linear: FloatVectorProperty(size=3)
-    reachable: BoolProperty()
-    words: StringProperty(description="Whether it is possible, and what is in the way; one line each")
 
 
 class SpectralPalette(bpy.types.PropertyGroup):
@@ -257,6 +245,19 @@ class SpectralPalette(bpy.types.PropertyGroup):
     notes: StringProperty(description="Notes on changes that were not asked for, one per line")
     conflicts: CollectionProperty(type=SpectralPaletteConflict)
     possible: PointerProperty(type=SpectralPossible)
+    alternatives: CollectionProperty(type=SpectralAlternative)
+    alternative_count: IntProperty(
+        name="Answers", default=4, min=2, max=12, description="How many different answers are looked for"
+    )
+    use_tints: BoolProperty(
+        name="Match as Tints", default=False, update=edited,
+        description="Materials that match should also match when mixed as paint into white: 75, 50 and 25 %. Takes "
+        "seconds: press Solve",
+    )  # fmt: skip
+    tint_weight: FloatProperty(
+        name="Weight of Tints", default=1.0, min=0.0, soft_max=10.0, max=1000.0, update=edited,
+        description="How much tints count beside the cells of the table",
+    )  # fmt: skip
     milliseconds: FloatProperty()
     light_scale: FloatProperty(default=1.0)
     worst_delta_e: FloatProperty()
@@ -267,7 +268,6 @@ CLASSES = (
     SpectralPaletteLight,
     SpectralPaletteMaterial,
     SpectralPaletteConflict,
-    SpectralPossible,
     SpectralPalette,
 )
 

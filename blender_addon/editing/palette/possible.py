@@ -26,7 +26,7 @@ def ask(scene: Scene) -> PropertyGroup:
     palette = scene.spectral.palette
     row, column = palette.active_row, palette.active_column
     problem = palette_problem(palette)
-    lights, actual = _solved(palette)
+    lights, actual = solved_state(palette)
     colors = possible_colors(problem, (row, column), lights=lights, actual=actual)
     cell = palette.materials[row].cells[column]
     wanted = linear_from_display_rgb(cell.target if cell.mode == "FIXED" or not cell.has_result else cell.actual)
@@ -42,7 +42,7 @@ def ask(scene: Scene) -> PropertyGroup:
     return answer
 
 
-def _solved(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
+def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
     """Lights and colors of the last solution; None where there is none."""
     if not palette.status or not all(cell.has_result for material in palette.materials for cell in material.cells):
         return None, None
