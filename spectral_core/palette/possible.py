@@ -37,6 +37,9 @@ class PossibleColors:
     reach: CellReach
     held: tuple[CellIndex, ...]
     open: tuple[CellIndex, ...]
+    light: Illuminant
+    exact: tuple[tuple[Illuminant, Array], ...]
+    """Light and color of each held cell."""
 
     def nearest(self, linear_rgb: ArrayLike) -> NearestColor:
         """The possible color that is nearest to a wanted one, linear sRGB (3,)."""
@@ -49,6 +52,11 @@ class PossibleColors:
             return ()
         shares = [(cell, float(pull) / total) for cell, pull in zip(self.held, nearest.in_the_way, strict=True)]
         return tuple(sorted((each for each in shares if each[1] > 0.01), key=lambda each: -each[1]))
+
+    def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
+        """ΔE2000 to a wanted color that is left where an exact cell of the row need not hold."""
+        kept = [pair for place, pair in zip(self.held, self.exact, strict=True) if place != cell]
+        return CellReach(self.light, self.reach.grid, kept, scale=None).nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
         """Which colors of one L* are possible, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
@@ -123,7 +131,7 @@ def possible_colors(
         held.append((row, other))
         exact.append((spectra[other], _wanted(cell, (row, other), colors)))
     reach = CellReach(spectra[column], problem.grid, exact, scale=None)
-    return PossibleColors(index, reach, tuple(held), tuple(open_wishes))
+    return PossibleColors(index, reach, tuple(held), tuple(open_wishes), spectra[column], tuple(exact))
 
 
 def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:

@@ -27,7 +27,7 @@ def test_an_impossible_color_is_named_drawn_and_replaced_by_the_nearest(blender,
     answer = palette.possible
     assert not answer.reachable
     assert "Not possible" in answer.words
-    assert "In the way: exact under" in answer.words
+    assert "In the way: the exact color under" in answer.words
     picture = picture_of(blender.context.scene)
     assert picture.shape[2] == 4
     assert np.isfinite(picture).all()

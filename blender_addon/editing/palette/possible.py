@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.possible import SECTION_LIMIT, PossibleColors, possible_colors, section_linear_rgb
-from spectral_core.palette.reachable import NearestColor
+from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.spectrum import Illuminant
 
@@ -17,6 +17,8 @@ from ...translate.palette.problem import palette_problem
 from ...translate.spectra.stored import spectrum_of
 
 SIZE = 96
+VISIBLE = 1.0
+"""ΔE2000 from which an eye sees a difference."""
 _pictures: dict[int, NDArray[np.float32]] = {}
 """Picture of the last answer by scene. Not saved: a file that is opened asks anew."""
 
@@ -37,7 +39,7 @@ def ask(scene: Scene) -> PropertyGroup:
     answer.nearest = np.clip(display_rgb_from_linear(found.color), 0, 1)
     answer.nearest_linear = found.color
     answer.reachable = found.reachable
-    answer.words = "\n".join(_words(palette, colors, found))
+    answer.words = "\n".join(_words(palette, colors, found, wanted))
     _pictures[scene.session_uid] = _picture(colors, wanted, found)
     return answer
 
@@ -56,17 +58,22 @@ def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArr
     return lights, np.array(actual, dtype=np.float64)
 
 
-def _words(palette: PropertyGroup, colors: PossibleColors, found: NearestColor) -> list[str]:
+def _words(
+    palette: PropertyGroup, colors: PossibleColors, found: NearestColor, wanted: NDArray[np.float64]
+) -> list[str]:
     """The answer for an artist."""
     if found.reachable:
         lines = ["Possible."]
     else:
         lines = [f"Not possible; the nearest color is ΔE {found.delta_e_2000:.1f} away."]
-        blame = colors.in_the_way(found)
-        for (_, column), share in blame[:3]:
-            lines.append(f"In the way: exact under {palette.lights[column].name} ({100 * share:.0f} %).")
-        if not blame:
-            lines.append("No reflectance between 0 and 1 has it. More light, or a lamp with this color in it, helps.")
+        for cell, _ in colors.in_the_way(found)[:2]:
+            left = colors.without(cell, wanted)
+            name = palette.lights[cell[1]].name
+            lines.append(f"In the way: the exact color under {name}. Without it ΔE {left:.1f} would be left.")
+        if CellReach(colors.light, colors.reach.grid, scale=None).nearest(wanted).delta_e_2000 > VISIBLE:
+            lines.append(
+                "No reflectance has it, whatever the other cells ask. More light, or a lamp with this color in it, helps."
+            )
     if colors.open:
         names = ", ".join(palette.lights[column].name for _, column in colors.open)
         lines.append(f"Targets under {names} are not exact, so they may give way.")

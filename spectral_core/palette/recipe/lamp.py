@@ -72,6 +72,7 @@ class LampRecipe:
                 *lines,
                 f"{self.cct_k:.0f} K, Duv {self.duv:+.5f}, Ra {self.rendering_index:.1f}, Rf {self.fidelity:.1f}, "
                 f"Rg {self.gamut:.1f}, {self.efficacy_lm_per_w:.0f} lm per watt of radiation",
+                f"2 % errors of the drives move the white by Δuv {self.dosage_delta_uv:.4f}",
             ]
         )
 
