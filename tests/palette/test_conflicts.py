@@ -15,7 +15,7 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.conflicts import conflicting_cells
-from spectral_core.palette.design.lights import _Descent, outer_side
+from spectral_core.palette.design.lights import LightDescent, outer_side
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.presets import split_light
@@ -88,13 +88,15 @@ def test_a_given_member_pulls_at_its_group_with_its_own_weight(rng):
     surfaces = (PaletteReflectance("designed"), PaletteReflectance("given", given))
     cells = (
         (Cell.free(), Cell.fixed((0.9, 0.1, 0.1), weight=50.0)),
-        (Cell.same_as((0, 0), weight=3.0), Cell.ignore()),
+        # The median weight is the one of the colors, so that the group's own is not 1 after scaling.
+        (Cell.same_as((0, 0), weight=3.0), Cell.fixed((0.5, 0.2, 0.2), weight=50.0)),
     )
     problem = replace(problem, reflectances=surfaces, cells=cells)
     session = PaletteSession(problem)
     answer = session.edit((0, 1), Cell.fixed((0.85, 0.1, 0.1), weight=50.0))
     quadratic = quadratic_of(problem)
-    assert quadratic.known_weights == pytest.approx(np.full(3, quadratic.blocks[0].weights[:3]))
+    assert quadratic.known_weights == pytest.approx(quadratic.blocks[0].weights[:3])
+    assert quadratic.known_weights == pytest.approx(np.full(3, (3.0 / 50.0) ** 2 / 3))
     fresh = solve_palette(session.problem, explain=False)
     np.testing.assert_allclose(answer.actual_linear_rgb, fresh.actual_linear_rgb, atol=1e-7)
 
@@ -117,7 +119,7 @@ def test_the_gradient_of_variable_projection_is_the_slope_of_phi(seed, rng):
     if outer is None or not all(assembler.free_items(side) for side in ("reflectances", "lights")):
         pytest.skip("nothing to project")
     state = Rounds(assembler, SolveTrace()).round(initial_state(problem))
-    descent = _Descent(assembler, state, outer)
+    descent = LightDescent(assembler, state, outer)
     begin = np.concatenate([getattr(state, outer)[k] for k in assembler.free_items(outer)]) + 0.02
     step = 1e-5 * rng.normal(size=begin.size)
     _, gradient, _ = descent._phi(descent._with_lights(state, begin))

@@ -169,6 +169,9 @@ def _bump(reader: Reader, output: Output) -> Any:
 def _normal_map(reader: Reader, output: Output) -> Any:
     node = output.node
     color, strength = reader.read(output, "Color"), reader.read(output, "Strength", 1.0)
+    if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on: green points down
+        color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
+                            settings=("MULTIPLY_ADD",))  # fmt: skip
     source = linked(output.input("Color"))
     if source is not None and source.node.type != "TEX_IMAGE":  # computed normals lean further than baked ones
         reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene import LARGEST, Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.scene.shading import Builder, Program
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -58,7 +58,9 @@ class Reader:
         if place is None:
             return fallback
         value = scalar_of(self.field(place))
-        return value if self.on_surface or isinstance(value, float) else self.number(place, fallback)
+        if isinstance(value, float):
+            return self._finite(value, place)
+        return value if self.on_surface else self.number(place, fallback)
 
     def number(self, place: Input | None, fallback: float) -> float:
         """A socket as one number: of one that varies the mean, with a Note."""
@@ -66,16 +68,25 @@ class Reader:
             return fallback
         value = scalar_of(self.field(place))
         if isinstance(value, float):
-            return value
+            return self._finite(value, place)
         self.note(f"{place.node.name}: {place.socket.name} takes one number here, its mean was used")
-        return float(mean_color(value)[0])
+        return self._finite(float(mean_color(value)[0]), place)
+
+    def _finite(self, value: float, place: Input) -> float:
+        """A number that a closure takes; 0 with a Note for one that is none."""
+        if abs(value) <= LARGEST:
+            return value
+        what = f"{place.node.name}: {place.socket.name} is {value:g}"
+        self.note(f"{what}, which no light can be computed from; 0 was used")
+        return 0.0
 
     def factor(self, place: Input | None, fallback: float) -> Scalar:
         """Factor of a mix, held within [0, 1] as Blender does."""
         if place is None:
             return fallback
         value = self.as_value(self.field(place))
-        return scalar_of(self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",)))
+        held = scalar_of(self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",)))
+        return self._finite(held, place) if isinstance(held, float) else held
 
     def vector(self, place: Input | None, fallback: float) -> np.ndarray:
         """A vector socket (3,) that does not vary."""
@@ -150,7 +161,7 @@ class Reader:
         if value is None or isinstance(value, (str, bool)):
             return self.literal(float(value) if isinstance(value, bool) else 0.0)
         if isinstance(value, (int, float)):
-            return self.literal(float(value))
+            return self.literal(self._finite(float(value), place))
         array = np.asarray(value[:], dtype=np.float64)
         if not np.isfinite(array).all():
             self.note(f"{place.node.name}: {place.socket.name} is not a finite number; 0 was used")

@@ -8,6 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from spectral_core.scene import (
+    IOR,
+    LARGEST,
     AddSurface,
     Computed,
     Diffuse,
@@ -153,7 +155,7 @@ def _glass(reader: Reader, output: Output) -> Surface:
 def ior(reader: Reader, place: Input | None, fallback: float) -> float:
     """Index of refraction: one number, within what a dielectric can have."""
     value = reader.number(place, fallback)
-    return min(max(value, 1e-3), 1000.0)
+    return min(max(value, IOR[0]), IOR[1])
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:
@@ -180,7 +182,8 @@ def _scaled(reader: Reader, output: Output, factor: float) -> Scalar:
     if place is None or factor == 1.0:
         return reader.scalar(place, 1.0)
     strength = reader.as_value(reader.field(place))
-    return scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
+    scaled = scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
+    return min(scaled, LARGEST) if isinstance(scaled, float) else scaled
 
 
 def _mix(reader: Reader, output: Output) -> Surface:
