@@ -71,9 +71,7 @@ def _words(
             name = palette.lights[cell[1]].name
             lines.append(f"In the way: the exact color under {name}. Without it ΔE {left:.1f} would be left.")
         if CellReach(colors.light, colors.reach.grid, scale=None).nearest(wanted).delta_e_2000 > VISIBLE:
-            lines.append(
-                "No reflectance has it, whatever the other cells ask. More light, or a lamp with this color in it, helps."
-            )
+            lines.append("No reflectance has it, whatever the other cells ask. More light or another lamp helps.")
     if colors.open:
         names = ", ".join(palette.lights[column].name for _, column in colors.open)
         lines.append(f"Targets under {names} are not exact, so they may give way.")
