@@ -33,6 +33,10 @@ class Context:
     white: Spectrum | None = None
     lights: LightList | None = None
     """Where our own paths find lamps and glowing meshes; None where these become Mitsuba's emitters."""
+    movable: bool = False
+    """Whether meshes are to be changed later."""
+    made: list[Any] = field(default_factory=list)
+    """Everything that was made, in order: what a live view changes and looks through later."""
 
     @cached_property
     def tables(self) -> SceneTables:
@@ -51,11 +55,11 @@ class Context:
     def computed(self, program: Program, light: Any = None) -> Any:
         """Texture of a shading program; ``light``: of the white that it tints where it is an emitted color."""
         kind, _ = computed_classes(self.mitsuba.variant())
-        return kind(LoadedProgram(self.tables, program), self.upsampling, light)
+        return self._kept(kind(LoadedProgram(self.tables, program), self.upsampling, light))
 
     def constant(self, value: float) -> Any:
         """Texture of one number, which kernels read instead of knowing."""
-        return computed_classes(self.mitsuba.variant())[1](value)
+        return self._kept(computed_classes(self.mitsuba.variant())[1](value))
 
     def note(self, subject: str, message: str) -> None:
         """Remember a note, once."""
@@ -76,4 +80,8 @@ class Context:
         One thread and no merging of equal children: emitters keep their order and identity, so that equal seeds give
         equal paths.
         """
-        return self.mitsuba.load_dict(description, parallel=False, optimize=False)
+        return self._kept(self.mitsuba.load_dict(description, parallel=False, optimize=False))
+
+    def _kept(self, made: Any) -> Any:
+        self.made.append(made)
+        return made

@@ -195,7 +195,7 @@ class DrJit:
     def _window(self) -> Any:
         mi = self.mi
         x, y, z = self.transform(self._tuple(self.si.p), "POINT", "CAMERA", False)
-        width, height, shift_x, shift_y, perspective = (self.tables.number(v) for v in self.tables.window)
+        width, height, shift_x, shift_y, perspective = self.tables.camera_window()
         depth = self.dr.select(perspective > 0.5, self.dr.maximum(z, 1e-9), 1.0)
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, mi.Float(0.0)
 
@@ -234,9 +234,7 @@ class DrJit:
         return [[self._row(start + 4 * i + j) for j in range(4)] for i in range(3)]
 
     def _camera_rows(self, inverse: bool) -> list[list[Any]]:
-        matrix = np.asarray(self.tables.camera_from_world)
-        matrix = np.linalg.pinv(matrix) if inverse else matrix
-        return [[self.tables.number(matrix[i, j]) for j in range(4)] for i in range(3)]
+        return self.tables.camera_matrix(inverse)
 
 
 class LoadedProgram:
@@ -244,13 +242,25 @@ class LoadedProgram:
 
     def __init__(self, tables: SceneTables, program: Program) -> None:
         self.tables, self.program = tables, program
-        values = [value for instruction in program.instructions for value in instruction.values]
-        self.numbers = tables.mi.Float(np.array(values or [0.0], dtype=np.float32))
+        values = [float(value) for instruction in program.instructions for value in instruction.values]
+        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        self.numbers = tables.mi.Float(values or [0.0])
         self.offsets: dict[int, int] = {}
         offset = 0
         for place, instruction in enumerate(program.instructions):
             self.offsets[place] = offset
             offset += len(instruction.values)
+
+    def can_take(self, other: LoadedProgram) -> bool:
+        """Whether one kernel runs both."""
+        return self.tables is other.tables and self.program.shape == other.program.shape
+
+    def take(self, other: LoadedProgram) -> None:
+        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
+        for mine, given in zip(self.program.instructions, other.program.instructions, strict=True):
+            if mine.data is not None and mine.data is not given.data:
+                self.tables.replace(mine.data, given.data)
+        self.program, self.numbers = other.program, other.numbers
 
     def __call__(self, si: Any, active: Any) -> Any:
         """Value at a hit point: one number or three."""
