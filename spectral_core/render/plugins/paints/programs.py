@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -239,29 +240,40 @@ class DrJit:
         return [[self.tables.number(matrix[i, j]) for j in range(4)] for i in range(3)]
 
 
+@dataclass(frozen=True, eq=False)
+class RowsOfPrograms:
+    """Programs of equal shape, one per leaf; ``cursor.row`` tells whose numbers count."""
+
+    cursor: Any
+    programs: tuple[Program, ...]
+
+
 class LoadedProgram:
     """A program with its numbers on the device: another number needs no new kernel."""
 
-    def __init__(self, tables: SceneTables, program: Program) -> None:
-        self.tables, self.program = tables, program
-        values = [value for instruction in program.instructions for value in instruction.values]
+    def __init__(self, tables: SceneTables, program: Program | RowsOfPrograms) -> None:
+        rows = program.programs if isinstance(program, RowsOfPrograms) else (program,)
+        self.cursor = program.cursor if isinstance(program, RowsOfPrograms) else None
+        self.tables, self.program = tables, rows[0]
+        values = [value for row in rows for instruction in row.instructions for value in instruction.values]
         self.numbers = tables.mi.Float(np.array(values or [0.0], dtype=np.float32))
         self.offsets: dict[int, int] = {}
-        offset = 0
-        for place, instruction in enumerate(program.instructions):
-            self.offsets[place] = offset
-            offset += len(instruction.values)
+        self.stride = 0
+        for place, instruction in enumerate(self.program.instructions):
+            self.offsets[place] = self.stride
+            self.stride += len(instruction.values)
 
     def __call__(self, si: Any, active: Any) -> Any:
         """Value at a hit point: one number or three."""
         mi, dr = self.tables.mi, self.tables.dr
         backend = DrJit(self.tables, si, mi.Bool(active))
+        start = mi.UInt32(0) if self.cursor is None else mi.UInt32(self.cursor.row) * self.stride
         results: list[Any] = []
         for place, instruction in enumerate(self.program.instructions):
-            offset = self.offsets[place]
+            offset = start + self.offsets[place]
 
-            def constant(item: Instruction, offset: int = offset) -> list[Any]:
-                return [dr.gather(mi.Float, self.numbers, mi.UInt32(offset + k)) for k in range(len(item.values))]
+            def constant(item: Instruction, offset: Any = offset) -> list[Any]:
+                return [dr.gather(mi.Float, self.numbers, offset + k) for k in range(len(item.values))]
 
             results.append(step(instruction, results, backend, constant))
         return results[-1]
