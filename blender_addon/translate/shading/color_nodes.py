@@ -227,6 +227,8 @@ def _blackbody(reader: Reader, output: Output) -> Any:
 
 @evaluator("LIGHT_PATH")
 def _light_path(reader: Reader, output: Output) -> Any:
-    """Tricks that show the camera one thing and the light another: what the camera sees is taken."""
-    reader.note(f"{output.label!r} tells rays apart, which this engine does not; what the camera sees was used")
-    return 1.0 if output.socket.name == "Is Camera Ray" else 0.0
+    """What kind of ray meets the surface."""
+    name = output.socket.name
+    if name == "Portal Depth":
+        return 0.0
+    return reader.point(f"ray:{name}", 1)

@@ -27,7 +27,7 @@ from spectral_core.scene import (
 )
 
 from .. import spectra
-from . import color_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
+from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
 from .coordinate_nodes import round_tangent
 from .fields import scalar_of
 from .reader import Reader

@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.scene import Rays
 
@@ -108,6 +109,7 @@ def _integrator_class(variant: str) -> Any:
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
+            si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
             arrived = self.arrived(scene, si, path, path.active & ~unseen)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -221,7 +223,8 @@ def _integrator_class(variant: str) -> Any:
                 shadowless = self.tables.look_up(self.tables.shadowless, number) != 0
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * light != 0.0)
-            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed), wanted & ~shadowless)
+            marks = shadow_marks(mi, si.dn_dv)
+            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * light * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
@@ -231,18 +234,19 @@ def _integrator_class(variant: str) -> Any:
             own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
             return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
-        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
-            """Share of light that comes through from a point of an emitter (number, surfaces passed before)."""
+        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
+            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks)."""
             if not (self.settings.transparency or self.tables.blocks_selectively):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
             return self.through(scene, ray, light, mi.Bool(active))
 
-        def through(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
+        def through(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
             """The product of what the surfaces on a shadow ray let through."""
-            emitter, passed = light
+            emitter, passed, marks = light
 
             def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
                 si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+                si.dn_dv = marks
                 met = active & si.is_valid()
                 blocks = met & self.tables.casts_shadow(self.tables.shape_number(si), emitter)
                 clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)

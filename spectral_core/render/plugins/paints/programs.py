@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.paints.ray_marks import read_mark
 from spectral_core.render.plugins.paints.tables import ROW, SceneTables, attribute_name
 from spectral_core.scene.shading import Instruction, Program, step
 
@@ -124,6 +125,8 @@ class DrJit:
             return vector[0] if name.startswith("attribute_alpha") else vector
         if name.startswith("object_"):
             return self._object(name)
+        if name.startswith("ray:"):
+            return read_mark(self.mi, self.dr, self.si, name[4:])
         return getattr(self, f"_{name}")()
 
     @staticmethod
@@ -199,9 +202,6 @@ class DrJit:
         width, height, shift_x, shift_y, perspective = (self.tables.number(v) for v in self.tables.window)
         depth = self.dr.select(perspective > 0.5, self.dr.maximum(z, 1e-9), 1.0)
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, mi.Float(0.0)
-
-    def _environment(self) -> Any:
-        return self._uv(0)
 
     def _number_of(self, pointer: Any) -> Any:
         return self.dr.reinterpret_array(self.mi.UInt32, pointer)
