@@ -13,8 +13,8 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks._browser import Browser, find_browser
+from benchmarks._cinema_check import by_pycinema, problems
 from spectral_core.explore.page.build import PageTable, write_page
-from spectral_core.explore.sweep.cinema import check_folder
 
 LASSO = """(() => { const m = explorer.matrix; const p = m.panels.find(p => p.row === 2 && p.column === 0);
 const b = m.canvas.getBoundingClientRect();
@@ -122,17 +122,23 @@ def _cinema(out: Path) -> dict[str, Any]:
         store.enter(design_points(space, RegionOfInterest(), store.project.design)[0])
         with ThreadPoolExecutor(2) as threads:
             run_sweep(store, node, executor=threads)
-        return {"problems": check_folder(store.folder), "pycinema": _opened_by_pycinema(store.folder)}
+        rows = store.ledger.rows("done")
+        found: dict[str, Any] = {"rows": len(rows), "problems": problems(store.folder)}
+        read = by_pycinema(store.folder.resolve())
+        if read is None:
+            print(
+                "pycinema is not installed; name a Python that has it in PYCINEMA_PYTHON. Its reading is not measured"
+            )
+            return found | {"pycinema": None}
+        return found | {"pycinema": _equals(read, rows), "pycinema_pictures": len(read["shapes"])}
 
 
-def _opened_by_pycinema(folder: Path) -> bool | None:
-    """Whether pycinema's own reader gives the rows of the table; None where pycinema is not installed."""
-    try:
-        import pycinema.filters
-    except ImportError:
-        print("pycinema is not installed (pip install pycinema); its reading is not measured")
-        return None
-    reader = pycinema.filters.CinemaDatabaseReader()
-    reader.inputs.path.set(str(folder))
-    table = reader.outputs.table.get()
-    return len(table) == 21
+def _equals(read: dict[str, Any], rows: list[Any]) -> bool:
+    """Whether another reader's table holds the ledger's values to the last bit, and the pictures their size."""
+    place = {name: number for number, name in enumerate(read["header"])}
+    same = [
+        float(cells[place[name]]) == value
+        for cells, row in zip(read["rows"], rows, strict=True)
+        for name, value in {**row.parameters, **row.outcome}.items()
+    ]
+    return all(same) and len(read["shapes"]) == len(rows) and len({tuple(shape) for shape in read["shapes"]}) == 1

@@ -11,15 +11,18 @@ from types import ModuleType
 
 FEATURES = {
     "properties": (
-        "spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "scene", "volume", "texture",
+        "spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "texture_design", "scene",
+        "volume", "texture",
     ),
-    "editing": ("spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep"),
+    "editing": (
+        "spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep", "texture_job",
+    ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
-        "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep",
+        "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
     ),
     "drawing": ("icons", "overlay", "dial"),
-    "panels": ("spectrum", "palette", "render", "volume", "dial", "board", "sweep"),
+    "panels": ("spectrum", "palette", "texture", "render", "volume", "dial", "board", "sweep"),
 }  # fmt: skip
 """Folder to its modules that Blender must learn of."""
 

@@ -35,9 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
+    from spectral_core.render.relight.groups import light_groups, one_group_per_light
     from spectral_core.render.relight.memory import peak_bytes, stated_peak
     from spectral_core.render.relight.storages import storage_named
-    from spectral_core.render.relight.transport import light_groups, one_group_per_light, record_transport
+    from spectral_core.render.relight.transport import record_transport
     from spectral_core.render.relight.transport_file import write_transport
 
     from ..translate.view_transform import view_transform_of

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 import sys
 import tempfile
 import threading
@@ -20,47 +19,17 @@ from bpy.types import PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.page.serve import LiveSweep, PageServer
 from spectral_core.explore.sweep.ledger import Row
-from spectral_core.explore.sweep.parameters import Parameter
+from spectral_core.explore.sweep.parameters import Parameter, is_column_name
 from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.files.whole import write_text
 
-from .board.paths import number_at
 from .sweep_points import set_point
+from .sweep_run import Run
+from .sweep_settings import setting_at
 
 POLL_S = 0.5
 _run: Run | None = None
 _server: PageServer | None = None
-
-
-class Run:
-    """A sweep on its way in another process; ``finish`` takes its last words."""
-
-    def __init__(self, command: list[str], folder: Path, total: int) -> None:
-        self.folder, self.total, self.started = folder, total, time.monotonic()
-        self.log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        self.process = subprocess.Popen(command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
-
-    def done(self) -> int:
-        """Points that the ledger holds, finished."""
-        if not (self.folder / "project.json").is_file():
-            return 0
-        with Store.open(self.folder) as store:
-            return len(store.ledger.rows("done"))
-
-    def words(self) -> str:
-        """Output of the process so far."""
-        self.log.seek(0)
-        return self.log.read().decode("utf-8", "replace")
-
-    def cancel(self) -> None:
-        """End the process; points that are computed stay."""
-        if self.process.poll() is None:
-            self.process.terminate()
-            try:
-                self.process.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
 
 
 def running() -> Run | None:
@@ -69,16 +38,20 @@ def running() -> Run | None:
 
 
 def add(scene: Scene, path: str) -> PropertyGroup:
-    """Sweep another number of the file, over its slider's range. Raises InvalidInputError where there is none."""
-    number = number_at(path)
+    """Sweep another setting of the file: a number over its slider's range, a switch or list over all its values.
+
+    Raises InvalidInputError where there is none.
+    """
+    setting = setting_at(path)
     sweep = scene.spectral.sweep
     if path in sweep.parameters:
         raise InvalidInputError(f"{path} is swept already")
-    low, high = number.range()
+    taken = [each.label for each in sweep.parameters]
     entry = sweep.parameters.add()
-    entry.name, entry.low, entry.high = path, low, high
-    entry.label = _label(path, [each.label for each in sweep.parameters])
-    entry.whole = isinstance(number._element(), int)
+    entry.name, entry.label = path, _label(path, taken)
+    entry.choices, entry.whole = ", ".join(setting.choices), setting.is_whole
+    if not setting.choices:
+        entry.low, entry.high = setting.place.range()
     sweep.active = len(sweep.parameters) - 1
     return entry
 
@@ -89,17 +62,23 @@ def _label(path: str, taken: list[str]) -> str:
     index = re.search(r"\[(\d+)\]$", path)
     text = "_".join([*words, *([index[1]] if index else [])])
     name = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
-    name = name if not name[0].isdigit() else f"p_{name}"
+    name = name if is_column_name(name) else f"p_{name}"
     return name if name not in taken else next(f"{name}_{k}" for k in range(2, 1000) if f"{name}_{k}" not in taken)
 
 
 def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
     """The core's parameters. Raises InvalidInputError for a range or name that is wrong, or where none is swept."""
     if not len(sweep.parameters):
-        raise InvalidInputError("nothing is swept; right-click a number and choose Add to Sweep")
+        raise InvalidInputError("nothing is swept; right-click a setting and choose Add to Sweep")
     made = []
     for entry in sweep.parameters:
-        number_at(entry.name)
+        setting = setting_at(entry.name)
+        if setting.choices:
+            choices = tuple(word.strip() for word in entry.choices.split(",") if word.strip())
+            for choice in choices:
+                setting.checked(choice)
+            made.append(Parameter(entry.label, kind="choice", choices=choices, path=entry.name))
+            continue
         kind: Any = "integer" if entry.whole else "real"
         made.append(Parameter(entry.label, entry.low, entry.high, scale=entry.scale, kind=kind, path=entry.name))
     return made
@@ -132,9 +111,9 @@ def write_documents(scene: Scene) -> tuple[Path, Path]:
     return document, folder
 
 
-def command_line(document: Path, folder: Path, workers: int) -> list[str]:
-    """The command that runs a sweep with the Blender that this is."""
-    words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers)]
+def command_line(document: Path, folder: Path, workers: int, *more: str) -> list[str]:
+    """The command that runs a sweep with the Blender that this is; ``more``: further options."""
+    words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers), *more]
     package = __package__.rpartition(".")[0]
     if not bpy.app.binary_path:
         return [sys.executable, "-m", package, *words]
@@ -159,6 +138,19 @@ def start(scene: Scene) -> Run:
     _run = Run(command_line(document, folder, sweep.workers), folder, sweep.budget)
     sweep.status, sweep.done, sweep.total = "starting", 0, sweep.budget
     return _run
+
+
+def resume(scene: Scene) -> None:
+    """Render the points that the page added, from the copy of the file that the sweep was made with."""
+    global _run
+    if _run is not None and _run.process.poll() is None:
+        raise InvalidInputError("a sweep is on its way; wait for it or cancel it")
+    sweep, folder = scene.spectral.sweep, folder_of(scene.spectral.sweep)
+    with Store.open(folder) as store:
+        total = len(store.ledger.rows())
+    command = command_line(folder.with_suffix(".sweep.toml"), folder, sweep.workers, "--pending")
+    _run = Run(command, folder, total)
+    sweep.status, sweep.total = "starting", total
 
 
 def look(scene: Scene) -> bool:
@@ -251,7 +243,12 @@ def serve(scene: Scene) -> str:
 
         bpy.app.timers.register(on_main_thread)
 
-    _server = PageServer(LiveSweep(Store.open(folder), folder.parent, apply=apply))
+    def render() -> str:
+        bpy.app.timers.register(lambda: bpy.ops.spectral.sweep_run(pending=True) and None)
+        return "Blender renders the points in the background; reload the page to see them"
+
+    # only the main thread may touch the file, and a render opens one: both are left to it
+    _server = PageServer(LiveSweep(Store.open(folder), apply=apply, render=render))
     threading.Thread(target=_server.serve_forever, daemon=True).start()
     return _server.address
 

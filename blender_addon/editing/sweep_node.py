@@ -15,18 +15,26 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.explore.features.png import png_bytes
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.scene import Film, Scene, scene_hash
 
-from .board.paths import number_at
+from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
+from .sweep_settings import setting_at
 
 PACKAGE = __package__.rpartition(".")[0]
 LIGHT_PATH = "bpy.data.lights["
+SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
+    ".spectral.render.samples",
+    ".spectral.render.seed",
+    ".render.resolution_percentage",
+)
 
 
 @dataclass(frozen=True)
@@ -56,14 +64,16 @@ class BlendNode:
         percentage : size of the pictures in percent of the file's.
         samples : light paths per pixel.
         """
-        for parameter in space.parameters:
-            if parameter.kind == "choice" and any(isinstance(choice, str) for choice in parameter.choices):
-                raise InvalidInputError(f"{parameter.name} sets a number of the file; its choices must be numbers")
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
         node = cls(str(file.resolve()), paths, percentage, samples, worker_command())
+        node._open()
+        for parameter in space.parameters:
+            for choice in parameter.choices:
+                setting_at(parameter.target).checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         print_ = scene_hash(node.scene(start, 0))
-        said = f"{print_}{paths!r}{node.relights}"
+        view = view_name(bpy.context.scene)
+        said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}"
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     @property
@@ -84,26 +94,38 @@ class BlendNode:
         scene = self.scene(parameters, seed)
         if self.relights:
             relighter: Relighter = self._kept.setdefault("relighter", Relighter())
-            return relighter.picture(scene)
-        return rendered(scene)
+            outcome = relighter.picture(scene)
+        else:
+            outcome = rendered(scene)
+        if view_name(bpy.context.scene) == PLAIN_VIEW:
+            return outcome
+        levels = np.round(255 * shown_pixels(bpy.context.scene, outcome.pictures[""][..., :3])).astype(np.uint8)
+        return replace(outcome, shown={"": png_bytes(levels)})
 
     def scene(self, parameters: Mapping[str, Value], seed: int) -> Scene:
         """The file's scene at a point."""
         from ..translate.scene import translate_scene
 
         self._open()
-        for name, path in self.paths:
-            value = parameters[name]
-            if isinstance(value, str):
-                raise InvalidInputError(f"{name} is {value!r}; {path} is a number")
-            number_at(path).write(float(value))
+        settings = [setting_at(path) for _, path in self.paths]
+        for (name, _), setting in zip(self.paths, settings, strict=True):
+            setting.write(parameters[name])
         if any(".spectral.palette" in path for _, path in self.paths):
             bpy.ops.spectral.palette_solve()  # the spectra of a palette follow its weights
             bpy.ops.spectral.palette_apply()
         bpy.context.view_layer.update()
-        scene = translate_scene(bpy.context.evaluated_depsgraph_get())
-        film: Film = replace(scene.film, seed=seed)
-        return replace(scene, film=film if self.samples is None else replace(film, samples=self.samples))
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        for (name, _), setting in zip(self.paths, settings, strict=True):
+            setting.require_taken(depsgraph, parameters[name])
+        scene = translate_scene(depsgraph)
+        film: Film = scene.film if self._sweeps(SEED_PATH) else replace(scene.film, seed=seed)
+        if self.samples is not None and not self._sweeps(SAMPLES_PATH):
+            film = replace(film, samples=self.samples)
+        return replace(scene, film=film)
+
+    def _sweeps(self, ending: str) -> bool:
+        """Whether a render setting is swept, which the sweep's own then leaves alone."""
+        return any(path.startswith("bpy.data.scenes[") and path.endswith(ending) for _, path in self.paths)
 
     def _open(self) -> None:
         if self._kept.get("open") == self.file and bpy.data.filepath == self.file:
@@ -117,7 +139,7 @@ class BlendNode:
         except RuntimeError as error:
             raise FileFormatError(f"{Path(self.file).name} cannot be opened: {str(error).strip()}") from error
         bpy.context.scene.render.engine = "SPECTRAL"
-        if self.percentage is not None:
+        if self.percentage is not None and not self._sweeps(SIZE_PATH):
             bpy.context.scene.render.resolution_percentage = self.percentage
         self._kept["open"] = self.file
 
@@ -127,6 +149,10 @@ class BlendNode:
     def describe(self) -> list[str]:
         """Lines of the plan."""
         lines = ["each worker keeps the file open and the renderer warm"]
+        if self.samples is not None and self._sweeps(SAMPLES_PATH):
+            lines.append(f"samples are swept, so the {self.samples} of the sweep are not used")
+        if self.percentage is not None and self._sweeps(SIZE_PATH):
+            lines.append(f"the size is swept, so the {self.percentage} % of the sweep are not used")
         if self.relights:
             lines.append("only energies of lights are swept: a worker records them once and re-lights each point")
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):

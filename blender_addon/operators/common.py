@@ -32,17 +32,24 @@ def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
     return reported
 
 
-def paths_under_pointer(context: Context) -> Iterator[tuple[str, str]]:
-    """Each number of the control under the pointer: what to append to its entry in a menu, and its full path."""
+def paths_under_pointer(
+    context: Context, kinds: frozenset[str] = frozenset({"FLOAT", "INT"})
+) -> Iterator[tuple[str, str]]:
+    """Each number of the control under the pointer: what to append to its entry in a menu, and its full path.
+
+    ``kinds``: types of properties that are wanted.
+    """
     pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
-    if pointer is None or known is None or known.type not in {"FLOAT", "INT"}:
+    if pointer is None or known is None or known.type not in kinds or known.is_readonly:
+        return
+    if known.type == "ENUM" and known.is_enum_flag:
         return
     block = pointer.id_data
     try:
         holder = "" if pointer == block else pointer.path_from_id() + "."
     except ValueError:
         return  # Blender gives no path to it
-    for index in range(known.array_length) if known.is_array else (-1,):
+    for index in range(known.array_length) if getattr(known, "is_array", False) else (-1,):
         yield "" if index < 0 else f" {index + 1}", full_path(block, holder + known.identifier, index)
 
 

@@ -3,103 +3,26 @@
 
 import contextlib
 import threading
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Event, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
 
-from .. import jobs
 from ..editing.dial import changes, live
-from ..editing.dial.members import Member, members_of, store_members
-from ..translate.dial import storage_of
-from ..translate.view_transform import view_transform_of
+from ..editing.dial.members import Member, store_members
+from ..editing.dial.recording import Recording, remember_recorded
 from .common import UNDOABLE, chosen_path, reporting
 from .dial import dial_in, reset
 
 if TYPE_CHECKING:
-    from spectral_core.render import Progress
     from spectral_core.render.relight.transport import Transport
-    from spectral_core.render.relight.view_transform import ViewTransform
-    from spectral_core.scene import Scene as SpectralScene
 
 
-@dataclass
-class _Recording:
-    """A transport render. Everything it needs from Blender is read before it starts, so that a thread can run it."""
-
-    scene: Any
-    storage: Any
-    one_per_light: bool
-    members: list[Member]
-    parts: dict[str, str]
-    view: "ViewTransform | None"
-    progress: float = 0.0
-    stop: bool = False
-    transport: Any = None
-    error: Exception | None = None
-    thread: threading.Thread | None = field(default=None, repr=False)
-
-    @classmethod
-    def of(cls, context: Context) -> "_Recording":
-        """Translate the scene and find its lights and glowing objects."""
-        dial, scene = dial_in(context), _as_rendered(context)
-        names = {each.name for each in (*scene.lights, *scene.instances)}
-        shown = [each for each in bpy.data.objects if each.name_full in names]
-        members = members_of(context.scene, shown, dial.one_per_light)
-        parts, view = changes.parts_of(context.scene), view_transform_of(context.scene)
-        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view)
-
-    def run(self) -> None:
-        """Render; an error is kept for whoever waits."""
-        from spectral_core.render.relight.dial import MOST_BULBS
-        from spectral_core.render.relight.transport import record_transport
-
-        try:
-            self.transport = record_transport(
-                self.scene, self.storage, one_per_light=self.one_per_light, most_groups=MOST_BULBS, view=self.view,
-                render=jobs.render,
-                on_progress=self._note, should_stop=lambda: self.stop,
-            )  # fmt: skip
-        except Exception as error:
-            self.error = error
-
-    @property
-    def is_running(self) -> bool:
-        """Whether the render is under way."""
-        return self.thread is not None and self.thread.is_alive()
-
-    def _note(self, progress: "Progress") -> None:
-        self.progress = progress.samples / progress.total
-
-
-def _as_rendered(context: Context) -> "SpectralScene":
-    """Translate the scene as F12 does, which the viewport may not show: a render that stops after translation."""
-    caught: list[Any] = []
-
-    def catch(scene: "SpectralScene") -> NoReturn:
-        caught.append(scene)
-        raise RenderCancelled("only the scene was asked for")
-
-    render = context.scene.render
-    engine, render.engine = render.engine, "SPECTRAL"
-    try:
-        with jobs.request(jobs.RenderRequest(translated=catch)):
-            bpy.ops.render.render(scene=context.scene.name)
-    except RuntimeError as error:
-        raise InvalidInputError(str(error).strip().removeprefix("Error: ")) from error
-    finally:
-        render.engine = engine
-    if not caught:
-        raise InvalidInputError("Blender did not start the render; is there a camera?")
-    return caught[0]
-
-
-def _keep(context: Context, recording: _Recording) -> str:
+def _keep(context: Context, recording: Recording) -> str:
     """Write the file, give the dial its bulbs; a note for the artist. Bulbs that existed before keep their coordinates.
 
     What could not be written stays in memory, to be written elsewhere by Save Transport: it may have taken hours.
@@ -117,7 +40,7 @@ def _keep(context: Context, recording: _Recording) -> str:
         unsaved = error
     _take(context.scene, transport, recording.members)
     live.remember(context.scene, transport)
-    changes.remember_parts(context.scene, recording.parts)
+    remember_recorded(context.scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message says it
         live.show(context.scene)
     if unsaved is not None:
@@ -166,16 +89,23 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
     bl_label = "Record"
     bl_options = UNDOABLE
 
+    only_changed: BoolProperty(
+        name="Only What Changed",
+        description="Render the lights that were changed or added since the recording, and keep the others. Where "
+        "anything else has changed, such as an object or a material, all lights are rendered",
+        options={"SKIP_SAVE"},
+    )
+
     @reporting
     def execute(self, context: Context) -> None:
-        recording = _Recording.of(context)
+        recording = Recording.of(context, only_changed=self.only_changed)
         recording.run()
         note = _keep(context, recording)
-        self.report({"WARNING" if note else "INFO"}, f"recorded: {dial_in(context).facts}{note}")
+        self.report({"WARNING" if note else "INFO"}, f"recorded: {dial_in(context).facts}{recording.told}{note}")
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
         try:
-            self._recording = _Recording.of(context)
+            self._recording = Recording.of(context, only_changed=self.only_changed)
         except SpectralError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -211,8 +141,8 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
             return {"CANCELLED"}
         changes.compare(context.scene)
         live.redraw_dial()
-        if note:
-            self.report({"WARNING"}, f"recorded{note}")
+        if note or self._recording.told:
+            self.report({"WARNING" if note else "INFO"}, f"recorded{self._recording.told}{note}")
         return {"FINISHED"}
 
 
@@ -251,18 +181,18 @@ class SPECTRAL_OT_dial_load(bpy.types.Operator, ImportHelper):
         from spectral_core.scene import scene_hash
 
         path = chosen_path(self.filepath)
-        recording, dial = _Recording.of(context), dial_in(context)
+        recording, dial = Recording.of(context), dial_in(context)
 
         transport = read_transport(path, scene_hash=scene_hash(recording.scene))
         _require_grouping(transport, recording)
         dial.filepath = self.filepath
         _take(context.scene, transport, recording.members)
         live.remember(context.scene, transport)
-        changes.remember_parts(context.scene, recording.parts)
+        remember_recorded(context.scene, recording)
         live.show(context.scene)
 
 
-def _require_grouping(transport: "Transport", recording: _Recording) -> None:
+def _require_grouping(transport: "Transport", recording: Recording) -> None:
     known = {member.group for member in recording.members}
     strange = [group for group in transport.groups if group not in known]
     if strange:
@@ -272,7 +202,7 @@ def _require_grouping(transport: "Transport", recording: _Recording) -> None:
         )
 
 
-def _other(recording: _Recording) -> str:
+def _other(recording: Recording) -> str:
     return "off" if recording.one_per_light else "on"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add numbers to the sweep, run it in the background, open its page, apply a point, keyframe a path of points."""
+"""Add settings to the sweep, run it in the background, open its page, apply a point, keyframe a path of points."""
 
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
@@ -11,9 +11,12 @@ from ..editing import sweep as editing
 from ..editing.sweep_points import keyframe_path, set_point
 from .common import UNDOABLE, paths_under_pointer, reporting
 
+SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
+"""Kinds of properties that a sweep varies: numbers, switches, lists."""
+
 
 class SPECTRAL_OT_sweep_add(bpy.types.Operator):
-    """Sweep this number: render the scene at many of its values"""
+    """Sweep this setting: render the scene at many of its values"""
 
     bl_idname = "spectral.sweep_add"
     bl_label = "Add to Sweep"
@@ -25,11 +28,12 @@ class SPECTRAL_OT_sweep_add(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         entry = editing.add(context.scene, self.target)
-        self.report({"INFO"}, f"{entry.label} is swept from {entry.low:g} to {entry.high:g}")
+        over = f"over {entry.choices}" if entry.choices else f"from {entry.low:g} to {entry.high:g}"
+        self.report({"INFO"}, f"{entry.label} is swept {over}")
 
 
 class SPECTRAL_OT_sweep_remove(bpy.types.Operator):
-    """Do not sweep this number any more"""
+    """Do not sweep this setting any more"""
 
     bl_idname = "spectral.sweep_remove"
     bl_label = "Remove from Sweep"
@@ -64,10 +68,18 @@ class SPECTRAL_OT_sweep_run(bpy.types.Operator):
     bl_idname = "spectral.sweep_run"
     bl_label = "Run Sweep"
     bl_options: set[str] = set()
+    pending: BoolProperty(
+        name="Only Added Points",
+        options={"SKIP_SAVE"},
+        description="Render the points that the page added, without the settings of the panel",
+    )
 
     @reporting
     def execute(self, context: Context) -> None:
-        editing.start(context.scene)
+        if self.pending:
+            editing.resume(context.scene)
+        else:
+            editing.start(context.scene)
         if bpy.app.background:
             editing.wait(context.scene)
             return
@@ -155,8 +167,8 @@ class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
 
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:
-    """In the menu of every number: right click, Add to Sweep."""
-    for axis, path in paths_under_pointer(context):
+    """In the menu of every setting that can be swept: right click, Add to Sweep."""
+    for axis, path in paths_under_pointer(context, SWEPT_TYPES):
         added = self.layout.operator("spectral.sweep_add", text=f"Add to Sweep{axis}", icon="GRAPH")
         added.target = path
 

@@ -62,7 +62,7 @@ class _DialPanel:
             box.alert = True
             wrapped(box, context, f"Not as recorded: {dial.changes}", icon="ERROR", indent=60.0)
             row = box.row(align=True)
-            row.operator("spectral.dial_record", text="Record again", icon="REC")
+            row.operator("spectral.dial_record", text="Record What Changed", icon="REC").only_changed = True
             row.operator("spectral.dial_check", text="", icon="FILE_REFRESH")
         if len(dial.bulbs):
             _draw_dial(layout, context, dial)

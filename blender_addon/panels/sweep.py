@@ -20,7 +20,7 @@ class SPECTRAL_PT_sweep(bpy.types.Panel):
     def draw(self, context: Context) -> None:
         sweep, layout = context.scene.spectral.sweep, self.layout
         if not len(sweep.parameters):
-            wrapped(layout, context, "Right-click any number and choose Add to Sweep.", icon="INFO")
+            wrapped(layout, context, "Right-click any setting and choose Add to Sweep.", icon="INFO")
             return
         for number, entry in enumerate(sweep.parameters):
             _draw_parameter(layout, number, entry)
@@ -38,6 +38,9 @@ def _draw_parameter(layout: UILayout, number: int, entry: PropertyGroup) -> None
     row = box.row()
     row.prop(entry, "label", text="", icon="GRAPH")
     row.operator("spectral.sweep_remove", text="", icon="X", emboss=False).index = number
+    if entry.choices:
+        box.prop(entry, "choices", text="")
+        return
     row = box.row(align=True)
     row.prop(entry, "low")
     row.prop(entry, "high")

@@ -100,6 +100,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="Facts of the recording, for the panel")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
+    recorded_groups: StringProperty(description="Hash of each light group, and of all else, when they were recorded")
     changes: StringProperty(description="Changes of the scene since it was recorded; empty if none")
     message: StringProperty(description="Error of the recording; empty if none")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral``: the palette, the render settings, the light dial, the mixing board and the sweep of a scene."""
+"""``scene.spectral``: palette, render settings, light dial, mixing board, sweep and spectral texture of a scene."""
 
 import bpy
 from bpy.props import PointerProperty
@@ -9,6 +9,7 @@ from .dial import SpectralLightDial
 from .palette import SpectralPalette
 from .render import SpectralRender
 from .sweep import SpectralSweep
+from .texture_design import SpectralTextureDesign
 
 
 class SpectralScene(bpy.types.PropertyGroup):
@@ -19,6 +20,7 @@ class SpectralScene(bpy.types.PropertyGroup):
     dial: PointerProperty(type=SpectralLightDial)
     board: PointerProperty(type=SpectralMixingBoard)
     sweep: PointerProperty(type=SpectralSweep)
+    texture: PointerProperty(type=SpectralTextureDesign)
 
 
 CLASSES = (SpectralScene,)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.sweep``: which numbers of the file are swept, over which ranges, and how many points."""
+"""``scene.spectral.sweep``: which settings of the file are swept, over which ranges, and how many points."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 
 class SpectralSweepParameter(bpy.types.PropertyGroup):
-    """A swept number; ``name`` is its full data path."""
+    """A swept setting; ``name`` is its full data path. A switch or a list has ``choices``, a number a range."""
 
     label: StringProperty(name="Name", description="Column of the table: letters, digits and underscores")
     low: FloatProperty(name="From", default=0.0, description="Lower end of the range")
@@ -20,10 +20,11 @@ class SpectralSweepParameter(bpy.types.PropertyGroup):
         ],
     )
     whole: BoolProperty(name="Whole Numbers", description="Only whole numbers, both ends included")
+    choices: StringProperty(name="Values", description="Values to try, separated by commas; remove those to leave out")
 
 
 class SpectralSweep(bpy.types.PropertyGroup):
-    """Swept numbers, the budget, and where the outcome lies."""
+    """Swept settings, the budget, and where the outcome lies."""
 
     parameters: CollectionProperty(type=SpectralSweepParameter)
     active: IntProperty(name="Parameter", min=0)

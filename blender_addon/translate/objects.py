@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
+from .shading.attributes import object_attributes
 from .shading.materials import Dressed, translate_material
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
@@ -58,11 +60,18 @@ class Collected:
         return name if count == 1 else self.unique(kind, f"{name} #{count}")
 
 
-def collect(translation: Translation) -> Collected:
-    """Walk over every instance that the render shows."""
+def everything(_instance: Any) -> bool:
+    """Whether an instance takes part where nothing more is asked."""
+    return True
+
+
+def collect(translation: Translation, shows: Callable[[Any], bool] = everything) -> Collected:
+    """Walk over every instance that the render shows, and that ``shows`` lets pass."""
     found = Collected(translation)
     for instance in translation.depsgraph.object_instances:
         thing = instance.object
+        if not shows(instance):
+            continue
         if not instance.show_self and not (instance.is_instance and instance.show_particles):
             continue
         try:
@@ -130,6 +139,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
             is_holdout,
             color=tuple(thing.color),
             index=int(thing.pass_index),
+            attributes=object_attributes(thing, instance, reads),
             random=_random(thing, instance),
         )
     )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from .camera import translate_camera, translate_film
 from .context import Translation, overridden
 from .ledger import note_changed
 from .lighting.world import translate_world
-from .objects import collect
+from .objects import collect, everything
 from .settings import sampling_of, settings_of
 from .visibility import cycles_settings
 
@@ -25,11 +26,14 @@ MANY_VOLUME_BOUNCES = 16
 """Bounces inside media beyond which a limit is hardly seen."""
 
 
-def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = None) -> Scene:
+def translate_scene(
+    depsgraph: Any, *, camera: Any = None, film: Film | None = None, shows: Callable[[Any], bool] = everything
+) -> Scene:
     """Scene of an evaluated depsgraph, whole and independent of Blender.
 
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
-    settings'. Raises InvalidInputError where nothing can be rendered at all (no camera, an empty border).
+    settings'; ``shows``: whether an instance of the depsgraph takes part. Raises InvalidInputError where nothing can be
+    rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     source = depsgraph.scene_eval
@@ -44,13 +48,11 @@ def translate_scene(depsgraph: Any, *, camera: Any = None, film: Film | None = N
     layer = depsgraph.view_layer
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
-    found = collect(translation)
+    found = collect(translation, shows)
     _note_media(translation, found.materials)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
-    surroundings, suns = translate_world(
-        translation, world if depsgraph.view_layer_eval.use_sky else None, viewed
-    )
+    surroundings, suns = translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed)
     scene = Scene(
         camera=viewed,
         film=film,

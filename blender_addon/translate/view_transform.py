@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from spectral_core.render.relight.view_transform import ViewTransform
 
 NAME = "spectral view transform"
+PLAIN_VIEW = "sRGB"
+"""The name of the view that is the plain sRGB curve."""
 
 
 def view_transform_of(scene: Scene) -> ViewTransform | None:
@@ -24,19 +26,27 @@ def view_transform_of(scene: Scene) -> ViewTransform | None:
     """
     from spectral_core.render.relight.view_transform import ViewTransform, nodes
 
-    view = scene.view_settings
-    plain = view.view_transform == "Standard" and view.look == "None" and not view.use_curve_mapping
-    if plain and view.exposure == 0 and view.gamma == 1:
+    if view_name(scene) == PLAIN_VIEW:
         return None
+    view = scene.view_settings
     light = nodes()
     grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1)
-    shown = _as_saved(scene, grid.reshape(len(light), -1, 3))
+    shown = shown_pixels(scene, grid.reshape(len(light), -1, 3))
     name = view.view_transform if view.look == "None" else f"{view.view_transform}, {view.look}"
     return ViewTransform(name, shown.reshape(grid.shape))
 
 
-def _as_saved(scene: Scene, linear: np.ndarray) -> np.ndarray:
-    """Pixels (height, width, 3) as a 16-bit PNG of a render would hold them."""
+def view_name(scene: Scene) -> str:
+    """All settings of the view in words, ``PLAIN_VIEW`` for the plain sRGB curve."""
+    view = scene.view_settings
+    curves = view.curve_mapping.curves if view.use_curve_mapping else ()
+    points = [[tuple(point.location) for point in curve.points] for curve in curves]
+    said = (scene.display_settings.display_device, view.view_transform, view.look, view.exposure, view.gamma, points)
+    return PLAIN_VIEW if said == ("sRGB", "Standard", "None", 0.0, 1.0, []) else repr(said)
+
+
+def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
+    """Linear pixels (height, width, 3) as a 16-bit PNG of a render would hold them, 0 to 1."""
     height, width = linear.shape[:2]
     settings = scene.render.image_settings
     kept = (settings.file_format, settings.color_mode, settings.color_depth)

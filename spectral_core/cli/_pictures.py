@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ from spectral_core.files.whole import whole_file, write_bytes
 from spectral_core.spectra.color import display_rgb_from_linear
 
 ENDINGS = (".png", ".exr", ".npy")
+BAND_PIXELS = 1 << 20
+"""Pixels that are encoded at a time where a picture is written band by band."""
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 def require_ending(path: Path) -> Path:
@@ -35,8 +39,33 @@ def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
     elif path.suffix.lower() == ".exr":
         _write_exr(path, linear_rgb)
     else:
-        shown = np.clip(display_rgb_from_linear(linear_rgb), 0.0, 1.0)
-        write_bytes(path, png_bytes(np.round(shown * 255).astype(np.uint8)))
+        write_bytes(path, png_bytes(_display_bytes(linear_rgb)))
+
+
+def write_png_rows(path: Path, size: tuple[int, int], rows: Callable[[int, int], NDArray[Any]]) -> None:
+    """Write a PNG of ``size`` (height, width) band by band, so that memory does not grow with the picture.
+
+    ``rows(first, last)``: linear sRGB (last - first, width, 3).
+    """
+    height, width = size
+    band = max(1, BAND_PIXELS // width)
+    packer = zlib.compressobj(4)
+    with whole_file(path) as unfinished, unfinished.open("wb") as stream:
+        stream.write(_SIGNATURE + _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)))
+        stream.write(_chunk(b"sRGB", b"\0"))
+        for first in range(0, height, band):
+            last = min(first + band, height)
+            lines = np.zeros((last - first, 1 + 3 * width), np.uint8)  # a leading 0 per row: no filter
+            lines[:, 1:] = _display_bytes(rows(first, last)).reshape(last - first, 3 * width)
+            data = packer.compress(lines.tobytes())
+            if data:
+                stream.write(_chunk(b"IDAT", data))
+        stream.write(_chunk(b"IDAT", packer.flush()) + _chunk(b"IEND", b""))
+
+
+def _display_bytes(linear_rgb: NDArray[Any]) -> NDArray[np.uint8]:
+    shown = np.clip(display_rgb_from_linear(np.asarray(linear_rgb)), 0.0, 1.0)
+    return np.round(shown * 255).astype(np.uint8)
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
@@ -46,7 +75,7 @@ def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
     rows[:, 1:] = pixels.reshape(height, 3 * width)
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     chunks = (_chunk(b"IHDR", head), _chunk(b"sRGB", b"\0"), _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + _chunk(b"IEND", b"")
+    return _SIGNATURE + b"".join(chunks) + _chunk(b"IEND", b"")
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:

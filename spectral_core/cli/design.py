@@ -3,6 +3,7 @@
 
 Writes into the output folder: solution.json (everything), lights.csv and reflectances.csv (spectra), swatches.gpl and
 swatches.ase, and palette.png (a row per reflectance, a column per light; the wanted color inside the actual one).
+A texture document (pictures instead of a table; see examples/two_pictures.toml) is designed as `texture` does it.
 Exits with 1 if the answer is not reliable: exact cells that conflict, a light that no observer sees, or no solver
 that passed its check. Files are written all the same.
 """
@@ -28,7 +29,7 @@ TILE, INSET = 96, 32
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("palette", nargs="?", type=Path, help="a palette in TOML or JSON; see examples/")
+    parser.add_argument("palette", nargs="?", type=Path, help="a palette or a texture in TOML or JSON; see examples/")
     parser.add_argument("--preset", help="instead of a file: one of the presets by name, such as 'Hidden mark'")
     parser.add_argument("--out", type=Path, help="folder to write to (default: out/ and the palette's name)")
     parser.add_argument("--rounds", type=int, help="at most this many rounds, instead of the palette's own number")
@@ -36,6 +37,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Solve, print the table of errors, write the files."""
+    if arguments.palette is not None and _is_texture(arguments.palette):
+        from spectral_core.palette.texture.project import read_project
+
+        from ._texture import make_texture
+
+        folder = arguments.out or Path("out") / arguments.palette.stem
+        return make_texture(read_project(arguments.palette), folder, as_json=arguments.json, tell=False)
     problem, name = _problem(arguments)
     if arguments.rounds is not None:
         from dataclasses import replace
@@ -49,6 +57,19 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(_summary(solution, folder, written)))
     return 0 if solution.status.usable else 1
+
+
+def _is_texture(path: Path) -> bool:
+    """Whether a document says that it is a texture; what cannot be read is left to the reader of palettes."""
+    from spectral_core.documents import read_document
+    from spectral_core.errors import SpectralError
+    from spectral_core.palette.texture.project import FORMAT
+
+    try:
+        stated = read_document(path, lambda document, _folder: document, "a palette or a texture")
+    except SpectralError:
+        return False
+    return isinstance(stated, dict) and stated.get("format") == FORMAT
 
 
 def _problem(arguments: argparse.Namespace) -> tuple[PaletteProblem, str]:

@@ -37,6 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--derive", nargs=2, action="append", default=[], metavar=("NAME", "EXPRESSION"), help="add a column"
     )
     parser.add_argument("--reference", metavar="KEY", help="measure every picture against that of this row")
+    parser.add_argument("--distance", metavar="KEY", help="add the column distance: weighted distance to this row")
+    parser.add_argument(
+        "--weights",
+        nargs="+",
+        metavar="NAME=W",
+        help='of --distance, such as lab_a=1 contrast=0.5; "pictures" weighs the pictures',
+    )
+    parser.add_argument(
+        "--norm", type=float, default=2.0, metavar="P", help="of --distance: 1, 2, … or inf (default 2)"
+    )
     parser.add_argument(
         "--embed", choices=["cosine", "centered", "gaussian", "simplex"], help="add embed_1 and embed_2"
     )
@@ -97,6 +107,9 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
             raise InvalidInputError(f"no row with a picture has the key {arguments.reference!r}")
         files = rows[arguments.reference].files
         result["compared"] = compare_rows(store, files.get("FILE_linear") or files["FILE"])
+    if arguments.distance:
+        result["measured"] = steps.add_distance(store, arguments.distance, _weights(arguments.weights), arguments.norm)
+        print(f"{result['measured']} rows measured: distance")
     if arguments.embed:
         steps.add_embedding(store, arguments.embed, arguments.columns)
     if arguments.clusters is not None:
@@ -111,6 +124,20 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         print(json.dumps(result["region"]))
     store.write_table()
     return result
+
+
+def _weights(words: list[str] | None) -> dict[str, float]:
+    """Weights by column of NAME=W words."""
+    found = {}
+    for word in words or []:
+        name, _, number = word.partition("=")
+        try:
+            found[name] = float(number)
+        except ValueError as error:
+            raise InvalidInputError(f"the weight {word!r} cannot be read; expected NAME=W, such as lab_a=1") from error
+    if not found:
+        raise InvalidInputError("--distance needs --weights, such as --weights lab_a=1 contrast=0.5")
+    return found
 
 
 def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
@@ -130,8 +157,10 @@ def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
 
 def _serve(arguments: argparse.Namespace, store: Any) -> int:
     from spectral_core.explore.page.serve import LiveSweep, PageServer
+    from spectral_core.explore.sweep.sweep import DOCUMENT_FOLDER
 
-    live = LiveSweep(store, Path.cwd(), workers=arguments.workers)
+    known = Path(store.project.environment.get(DOCUMENT_FOLDER, ""))
+    live = LiveSweep(store, known if known.is_dir() and known.is_absolute() else Path.cwd(), workers=arguments.workers)
     with PageServer(live, arguments.port) as server:
         print(f"open {server.address}", flush=True)
         try:

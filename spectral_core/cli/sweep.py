@@ -12,6 +12,7 @@ import json
 import shlex
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="this many points, instead of the file's number; points that the folder already has stay",
     )
-    parser.add_argument("--plan", action="store_true", help="say what would be computed, and stop")
+    parser.add_argument("--plan", action="store_true", help="say what would be computed, write nothing, and stop")
+    parser.add_argument(
+        "--pending",
+        action="store_true",
+        help="compute what the folder lists and lacks, such as points added by its page",
+    )
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")
     parser.add_argument("--retry", action="store_true", help="try points again that were set aside")
     elsewhere = parser.add_mutually_exclusive_group()
@@ -44,33 +50,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Open or make the store, plan, run, report."""
     from spectral_core.explore.sweep.document import read_sweep
-    from spectral_core.explore.sweep.sweep import Sweep
+    from spectral_core.explore.sweep.sweep import Sweep, planned_apart
 
     if arguments.workers < 1:
         raise InvalidInputError(f"--workers is {arguments.workers}; expected 1 or more")
     folder = arguments.out or Path(arguments.sweep.stem + ".cdb")
     document = read_sweep(arguments.sweep)
+    if arguments.plan:
+        with planned_apart(document, folder) as apart:
+            plan = apart.pending() if arguments.pending else apart.plan(arguments.budget)
+        return _say(arguments, folder, plan)
     sweep = Sweep(document, folder)
     if arguments.share is not None:
         return _share(arguments, sweep)
     sweep.store.recover()
     if arguments.retry:
         print(f"{sweep.store.ledger.retry_failed()} points that were set aside are tried again")
-    plan = sweep.plan(arguments.budget)
+    plan = sweep.pending() if arguments.pending else sweep.plan(arguments.budget)
+    if arguments.shell is not None:
+        return _say(arguments, folder, plan, lambda: _print_shell(arguments, folder))
+    if arguments.collect:
+        return _say(arguments, folder, plan, sweep.store.write_table)
+    return _say(arguments, folder, plan, lambda: _run(arguments, sweep, plan))
+
+
+def _say(arguments: argparse.Namespace, folder: Path, plan: Any, work: Callable[[], Any] | None = None) -> int:
+    """Print the plan, do the work, print the figures; the status of the command."""
+    from spectral_core.explore.sweep.store import cdb_folder
+
     for line in plan.lines:
         print(line)
-    result: dict[str, Any] = {
-        "folder": str(sweep.store.folder),
-        "points": len(plan.keys),
-        "new": plan.new,
-        "reused": plan.reused,
-    }
-    if arguments.shell is not None:
-        _print_shell(arguments, folder)
-    elif arguments.collect:
-        sweep.store.write_table()
-    elif not arguments.plan:
-        result |= _run(arguments, sweep, plan)
+    done = work() if work is not None else None
+    result = {"folder": str(cdb_folder(folder)), "points": len(plan.keys), "new": plan.new, "reused": plan.reused}
+    if isinstance(done, dict):
+        result |= done
     if arguments.json:
         print(json.dumps(result))
     return 0 if not result.get("failed") and not result.get("cancelled") else 1

@@ -72,7 +72,10 @@ def _require_readable_toml(text: str, file: Path) -> None:
             f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the most that is read of TOML; write it as JSON"
         )
     for number, line in enumerate(text.splitlines(), 1):
-        if line.count(".") > MOST_KEY_PARTS and line.partition("=")[0].count(".") > MOST_KEY_PARTS:
+        key, assigns, _ = line.partition("=")
+        # A line of a list of numbers has dots as well, and no key.
+        is_key = bool(assigns) or (key.lstrip().startswith("[") and "," not in key)
+        if is_key and key.count(".") > MOST_KEY_PARTS:
             raise FileFormatError(f"{file}, line {number}: a key has over {MOST_KEY_PARTS} dots; expected a plain name")
 
 

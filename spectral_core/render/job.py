@@ -40,12 +40,13 @@ class Measure:
     """What to measure beside the picture.
 
     ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
-    paths of the whole scene, so that they add up to it. ``sampling_lights``: lights whose wavelengths are drawn most
-    often; None for the scene's own. Renders with equal seeds and equal ``sampling_lights`` trace the same paths.
+    paths of the whole scene, so that they add up to it; a tuple of names renders those alone. ``sampling_lights``:
+    lights whose wavelengths are drawn most often; None for the scene's own. Renders with equal seeds and equal
+    ``sampling_lights`` trace the same paths.
     """
 
     bands: Bands | None = None
-    groups: bool = False
+    groups: bool | tuple[str, ...] = False
     sampling_lights: Sequence[Spectrum] | None = None
 
 
@@ -70,8 +71,8 @@ class RenderJob:
             )
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
-            self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=measure.groups)
-            self._integrators = self._load_integrators(groups=measure.groups)
+            self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=bool(measure.groups))
+            self._integrators = self._load_integrators(groups=bool(measure.groups))
             own_paths = not plan.is_on("media") and not self.scene.volumes
             self._first_hit = FirstHit(
                 self._mitsuba,
@@ -83,6 +84,8 @@ class RenderJob:
                 Tables(self._mitsuba, self._loaded.rules),
             )
             names = list(self._loaded.switches) if measure.groups else [""]
+            if isinstance(measure.groups, tuple):
+                names = [name for name in names if name in measure.groups]
             self._sums = {
                 name: Accumulator(self._mitsuba, self.scene.camera, self.scene.film, wavelengths)
                 for name in names or [""]

@@ -63,7 +63,7 @@ def render_scene(
     on_progress: Callable[[Progress], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     bands: Bands | None = None,
-    groups: bool = False,
+    groups: bool | tuple[str, ...] = False,
     sampling_lights: Sequence[Spectrum] | None = None,
 ) -> RenderResult:
     """Render ``scene`` here and now, with a picture after 1, 4, 16, 64, … samples.

@@ -19,6 +19,7 @@ from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
+    LARGEST,
     AddSurface,
     Diffuse,
     Emission,
@@ -42,9 +43,9 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
-    "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Computed", "Diffuse", "Emission", "Falloff",
-    "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh", "Metal",
-    "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program", "Rays",
+    "LARGEST", "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Computed", "Diffuse", "Emission",
+    "Falloff", "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh",
+    "Metal", "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program", "Rays",
     "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface",
     "Toon", "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves", "map_leaves",
     "programs_of", "scene_hash", "values_of", "weighted_leaves",

@@ -2,19 +2,20 @@
 """The sky and the sun's disk as Blender's Sky Texture describes them, in linear sRGB radiance.
 
 Single scattering: Nishita et al. 1993, "Display of the Earth taking into account atmospheric scattering", at 21
-wavelengths. Multiple scattering: Garcia Linan 2024, "Physically based spectral sky" (fgarlin.com), with his fit of light
-that is scattered often, at four wavelengths. Preetham, Shirley and Smits 1999, "A practical analytic model for daylight".
+wavelengths. Multiple scattering: Garcia Linan 2024, "Physically based spectral sky" (fgarlin.com), at four wavelengths,
+with his fit of light that is scattered often.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.scene.daylight import preetham
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import observer
 
@@ -51,7 +52,7 @@ class Atmosphere:
     def radiance(self, directions: Array) -> Array:
         """Linear sRGB (..., 3) of the sky without its sun along unit directions (..., 3)."""
         if self.model == "preetham":
-            return _clamped(_preetham(self, directions))
+            return _clamped(preetham(self.turbidity, self.toward_sun, directions))
         table = _table(self)
         elevation = np.arcsin(np.clip(directions[..., 2], -1, 1))
         sun = self.toward_sun
@@ -117,8 +118,8 @@ _STEPS = 32
 _RAYLEIGH = 1.13115e6 * _NM**-4.0
 """Scattering of air per meter at sea level, of index 1.0003."""
 _MIE = 2e-5
-_OZONE = 1e-9 * np.array([3.25, 5.85, 19.8, 73.1, 201, 404, 636, 967, 1548, 2090, 2461, 2736, 2151, 1591, 1124, 735, 465,
-                          331, 225, 149, 168])  # fmt: skip
+_OZONE = 1e-9 * np.array([3.25, 5.85, 19.8, 73.1, 201, 404, 636, 967, 1548, 2090, 2461, 2736, 2151, 1591, 1124, 735,
+                          465, 331, 225, 149, 168])  # fmt: skip
 """Absorption per meter where ozone is densest."""
 
 
@@ -131,7 +132,9 @@ def _solar(nm: Array) -> Array:
 
 def _xyz_single(spectrum: Array) -> Array:
     viewer = observer()
-    return np.asarray(spectrum @ np.stack([np.interp(_NM, viewer.wavelengths_nm, row) for row in viewer.cmfs], 1) * 20.0)
+    return np.asarray(
+        spectrum @ np.stack([np.interp(_NM, viewer.wavelengths_nm, row) for row in viewer.cmfs], 1) * 20.0
+    )
 
 
 def _densities(height: Array) -> Array:
@@ -168,8 +171,9 @@ def _single(sky: Atmosphere, directions: Array) -> Array:
     sun = np.array([np.cos(sky.sun_elevation), 0.0, np.sin(sky.sun_elevation)])
     step = _way_out(eye, directions, _TOP) / _STEPS
     cosine = directions @ sun
-    phases = (3 / (16 * np.pi) * (1 + cosine**2),
-              3 * (1 - 0.76**2) * (1 + cosine**2) / (8 * np.pi * (2 + 0.76**2) * (1 + 0.76**2 - 1.52 * cosine) ** 1.5))  # fmt: skip
+    both = (1 + cosine**2) / np.pi
+    forward = (1 + 0.76**2 - 1.52 * cosine) ** 1.5
+    phases = (3 / 16 * both, 3 / 8 * both * (1 - 0.76**2) / ((2 + 0.76**2) * forward))
     extinction = np.stack([_RAYLEIGH, np.full(21, 1.11 * _MIE), _OZONE])
     passed, total = np.zeros((*step.shape, 3)), np.zeros((*step.shape, 21))
     for k in range(_STEPS):
@@ -179,7 +183,9 @@ def _single(sky: Atmosphere, directions: Array) -> Array:
         depth = passed + scale * _depth_to_sky(place, np.broadcast_to(sun, place.shape))
         along = place @ sun
         shaded = (sun[2] < 0) & (along**2 - np.sum(place**2, axis=-1) + _GROUND**2 >= 0)
-        scattered = (phases[0] * density[..., 0])[..., None] * _RAYLEIGH + (phases[1] * density[..., 1] * _MIE)[..., None]
+        scattered = (phases[0] * density[..., 0])[..., None] * _RAYLEIGH + (phases[1] * density[..., 1] * _MIE)[
+            ..., None
+        ]
         light = np.exp(-depth @ extinction) * scattered * step[..., None]
         total += np.where(shaded[..., None], 0.0, light)
     return _xyz_single(total * _solar(_NM))
@@ -193,7 +199,7 @@ def _sun_single(sky: Atmosphere, elevation: float) -> Array:
     return _xyz_single(_solar(_NM) * passed)
 
 
-# --- multiple scattering: lengths in kilometers, at 630, 560, 490 and 430 nm --------------------------------------------
+# --- multiple scattering: lengths in kilometers, at 630, 560, 490 and 430 nm
 
 _EARTH, _THICKNESS, _G = 6371.0, 100.0, 0.8
 _SUN = np.array([1.679, 1.828, 1.986, 1.307])
@@ -237,7 +243,9 @@ def _multiple(sky: Atmosphere, directions: Array) -> Array:
         low, left = np.minimum(row.astype(int), 62), np.minimum(column.astype(int), 254)
         up, across = (row - low)[..., None], (column - left)[..., None]
         below = table[low, left] * (1 - across) + table[low, left + 1] * across
-        return np.asarray(below * (1 - up) + (table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across) * up)
+        return np.asarray(
+            below * (1 - up) + (table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across) * up
+        )
 
     eye = np.array([0.0, 0.0, _EARTH + np.clip(sky.altitude, 1, 99999) / 1000])
     sun = np.array([np.cos(sky.sun_elevation), 0.0, np.sin(sky.sun_elevation)])
@@ -260,8 +268,12 @@ def _multiple(sky: Atmosphere, directions: Array) -> Array:
         solid = 2 * np.pi * (1 - np.sqrt(np.maximum(1 - (_EARTH / np.maximum(radius, _EARTH)) ** 2, 0)))
         up = straight_up / to_sun(np.ones_like(height), height)
         ground_light = (solid * zenith)[..., None] * (0.3 / np.pi / (4 * np.pi)) * to_sun(zenith, 0 * height) * up
-        often = 0.02 * np.array([0.217, 0.347, 0.594, 1.0]) / (1 + 5 * np.exp(-17.92 * zenith))[..., None] + ground_light
-        source = _SUN * (air * (air_phase[..., None] * direct + often) + dust * (dust_phase[..., None] * direct + often))
+        often = (
+            0.02 * np.array([0.217, 0.347, 0.594, 1.0]) / (1 + 5 * np.exp(-17.92 * zenith))[..., None] + ground_light
+        )
+        source = _SUN * (
+            air * (air_phase[..., None] * direct + often) + dust * (dust_phase[..., None] * direct + often)
+        )
         passed = np.exp(-step[..., None] * extinction)
         light += clear * source * (1 - passed) / np.maximum(extinction, 1e-7)
         clear *= passed
@@ -271,36 +283,3 @@ def _multiple(sky: Atmosphere, directions: Array) -> Array:
 def _sun_multiple(sky: Atmosphere, elevation: float) -> Array:
     passed = _transmittance(sky, np.sin(elevation), np.clip(sky.altitude, 1, 99999) / 1000)
     return np.asarray(_SUN * passed @ _XYZ_OF_4)
-
-
-# --- Preetham -------------------------------------------------------------------------------------------------------
-
-
-def _preetham(sky: Atmosphere, directions: Array) -> Array:
-    t, sun = sky.turbidity, sky.toward_sun
-    theta_sun = float(np.arccos(np.clip(sun[2], -1, 1)))
-    rows: dict[str, Any] = {
-        "Y": (0.1787 * t - 1.463, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771, -0.067 * t + 0.3703),
-        "x": (-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989,
-              -0.0033 * t + 0.0452),
-        "y": (-0.0167 * t - 0.2608, -0.095 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537,
-              -0.0109 * t + 0.0529),
-    }  # fmt: skip
-    chi = (4 / 9 - t / 120) * (np.pi - 2 * theta_sun)
-    powers = theta_sun ** np.array([3.0, 2.0, 1.0, 0.0])
-    matrices = {"x": [[0.00166, -0.00375, 0.00209, 0], [-0.02903, 0.06377, -0.03202, 0.00394],
-                      [0.11693, -0.21196, 0.06052, 0.25886]],
-                "y": [[0.00275, -0.0061, 0.00317, 0], [-0.04214, 0.0897, -0.04153, 0.00516],
-                      [0.15346, -0.26756, 0.0667, 0.26688]]}  # fmt: skip
-    zenith = {name: float(np.array([t * t, t, 1.0]) @ np.array(m) @ powers) for name, m in matrices.items()}
-    zenith["Y"] = ((4.0453 * t - 4.971) * np.tan(chi) - 0.2155 * t + 2.4192) * 0.06
-    theta = np.minimum(np.arccos(np.clip(directions[..., 2], -1, 1)), np.pi / 2 - 0.001)
-    gamma = np.arccos(np.clip(directions @ sun, -1, 1))
-
-    def perez(row: tuple[float, ...], theta: Any, gamma: Any) -> Any:
-        a, b, c, d, e = row
-        return (1 + a * np.exp(b / np.cos(theta))) * (1 + c * np.exp(d * gamma) + e * np.cos(gamma) ** 2)
-
-    found = {n: zenith[n] * perez(row, theta, gamma) / perez(row, 0.0, theta_sun) for n, row in rows.items()}
-    scale = found["Y"] / np.where(found["y"] == 0, 1, found["y"])
-    return np.stack([found["x"] * scale, found["Y"], (1 - found["x"] - found["y"]) * scale], axis=-1)

@@ -7,13 +7,33 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+import numpy as np
+
+from spectral_core.checks import require_range
 from spectral_core.scene.paint import Color, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.spectra.spectrum import Spectrum
 
+LARGEST = 1e38
+"""Beyond it nothing is left of a number in 32 bits."""
+
+
+class _Numbers:
+    """Closures and media: plain numbers in them are finite."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError that names the first number that is NaN or infinite."""
+        names: tuple[str, ...] = type(self).__slots__
+        for name in names:
+            value = getattr(self, name)
+            if isinstance(value, (int, float, np.number)):
+                require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), -LARGEST, LARGEST)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Diffuse:
+class Diffuse(_Numbers):
     """Lambertian; Oren-Nayar where ``roughness`` is over 0."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -22,7 +42,7 @@ class Diffuse:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glossy:
+class Glossy(_Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
     ``multiple_scattering``: whether light that bounces between facets is kept (Blender's Multiscatter GGX) or lost.
@@ -39,7 +59,7 @@ class Glossy:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glass:
+class Glass(_Numbers):
     """Dielectric that reflects and refracts by Fresnel; ``ior`` a number, or a spectrum where it disperses."""
 
     color: Paint = field(default_factory=lambda: gray(1.0))
@@ -58,7 +78,7 @@ class Translucent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Toon:
+class Toon(_Numbers):
     """A lobe with a hard or soft edge around the normal or, ``glossy``, around the mirrored direction."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -69,7 +89,7 @@ class Toon:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Metal:
+class Metal(_Numbers):
     """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021)."""
 
     color: Paint = field(default_factory=lambda: gray(0.6))
@@ -90,7 +110,7 @@ class Transparent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Emission:
+class Emission(_Numbers):
     """Emits ``color · strength`` as radiance: (1, 1, 1) · 1 is a white pixel of value 1 seen directly."""
 
     color: Paint = field(default_factory=lambda: gray(1.0))
@@ -98,7 +118,7 @@ class Emission:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Principled:
+class Principled(_Numbers):
     """Blender's Principled BSDF, the part of it that is understood; the names are those of its sockets."""
 
     base_color: Paint = field(default_factory=lambda: gray(0.8))
@@ -125,7 +145,7 @@ class Principled:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MixSurface:
+class MixSurface(_Numbers):
     """``first`` with probability 1 - factor, ``second`` with probability factor."""
 
     factor: Scalar
@@ -232,7 +252,7 @@ def programs_of(surface: Surface | None) -> Iterator[Program]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ScatteringMedium:
+class ScatteringMedium(_Numbers):
     """Homogeneous participating medium inside a closed mesh, per scene unit of length.
 
     ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
@@ -246,6 +266,11 @@ class ScatteringMedium:
     anisotropy: float = 0.0
     emission_color: Paint = field(default_factory=lambda: gray(1.0))
     emission_strength: float = 0.0
+
+    def __post_init__(self) -> None:
+        _Numbers.__post_init__(self)  # slots make another class of this one, which super() would not know
+        require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
+        require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

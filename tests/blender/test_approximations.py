@@ -75,3 +75,18 @@ def test_the_random_number_of_an_object_is_the_one_of_cycles(build, translate):
     bpy.ops.mesh.primitive_uv_sphere_add(segments=8, ring_count=4)
     bpy.context.object.name = "Sphere"
     assert translate().instances[0].random == pytest.approx(0.23682033, abs=1e-6)
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf")])
+@pytest.mark.parametrize("shader", ["ShaderNodeBsdfPrincipled", "ShaderNodeBsdfGlass", "ShaderNodeEmission"])
+def test_a_number_that_is_none_is_named_and_the_object_stays(build, translate, shader, bad):
+    material = build.material(shader=shader)
+    numbers = [each for each in material.node_tree.nodes["shader"].inputs if each.type == "VALUE" and each.enabled]
+    for socket in numbers:
+        socket.default_value = bad
+    written = [each for each in numbers if not abs(each.default_value) <= 1e38]
+    build.plane(material=material)
+    scene = translate()
+    assert len(scene.instances) == 1
+    told = [note.message for note in scene.notes if "which no light can be computed from; 0 was used" in note.message]
+    assert written and told

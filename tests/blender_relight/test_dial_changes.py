@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 import pytest
 
 
@@ -94,3 +95,73 @@ def test_saving_the_transport_elsewhere(dial, stage, tmp_path):
     assert (tmp_path / "kept.exr").is_file()
     with pytest.raises(RuntimeError, match="no file is chosen"):
         bpy.ops.spectral.dial_keep()
+
+
+@pytest.mark.parametrize("hide", ["eye", "monitor", "layer"])
+def test_what_only_the_viewport_hides_is_no_change(dial, stage, hide):
+    """The picture that is rendered is the same, with a lamp or an object out of the artist's way."""
+    for name in ("Key", "Ball"):
+        thing = bpy.data.objects[name]
+        if hide == "eye":
+            thing.hide_set(True)
+        elif hide == "monitor":
+            thing.hide_viewport = True
+        else:
+            own = bpy.data.collections.new(f"of {name}")
+            stage.collection.children.link(own)
+            own.objects.link(thing)
+            stage.collection.objects.unlink(thing)
+            bpy.context.view_layer.layer_collection.children[own.name].hide_viewport = True
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == ""
+    bpy.data.lights["Fill"].energy *= 2
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == "light 'Fill' was changed"
+
+
+def test_a_lamp_that_no_render_shows_is_not_added(stage):
+    pytest.importorskip("mitsuba")
+    spare = bpy.data.objects.new("Spare", bpy.data.lights.new("Spare", "POINT"))
+    stage.collection.objects.link(spare)
+    spare.hide_render = True
+    bpy.ops.spectral.dial_record()
+    dial = stage.spectral.dial
+    assert "Spare" not in [bulb.name for bulb in dial.bulbs]
+    for edit in ("moved", "hidden", "shown"):
+        if edit == "moved":
+            spare.location.x += 1
+        else:
+            spare.hide_set(edit == "hidden")
+        bpy.ops.spectral.dial_check()
+        assert dial.changes == ""
+    spare.hide_render = False
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == "light 'Spare' was added"
+
+
+def test_a_lamp_that_was_hidden_in_the_viewport_while_recording_is_no_addition(stage):
+    pytest.importorskip("mitsuba")
+    bpy.data.objects["Key"].hide_set(True)
+    bpy.ops.spectral.dial_record()
+    dial = stage.spectral.dial
+    assert "Key" in [bulb.name for bulb in dial.bulbs]
+    bpy.data.objects["Key"].hide_set(False)
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == ""
+
+
+def test_only_the_light_that_changed_is_rendered_anew(dial, stage, picture, monkeypatch):
+    from blender_addon import jobs
+
+    asked, render = [], jobs.render
+    monkeypatch.setattr(jobs, "render", lambda *args, **how: asked.append(how["groups"]) or render(*args, **how))
+    bpy.data.objects["Key"].location.x += 1.0
+    assert bpy.ops.spectral.dial_record(only_changed=True) == {"FINISHED"}
+    assert dial.changes == ""
+    shown = picture()
+    bpy.ops.spectral.dial_record()
+    np.testing.assert_allclose(picture().mean(axis=(0, 1)), shown.mean(axis=(0, 1)), rtol=0.02)
+    bpy.data.objects["Ball"].location.x += 1.0  # its shadow falls on what the others light
+    bpy.ops.spectral.dial_record(only_changed=True)
+    bpy.ops.spectral.dial_record(only_changed=True)
+    assert asked == [("Key",), True, True]

@@ -106,7 +106,8 @@ def test_a_swept_light_is_relit_and_equals_a_render(scene, tmp_path):
 
 @pytest.mark.parametrize(
     "path",
-    ['bpy.data.lights["None"].energy', "__import__('os')", 'bpy.data.lights["Key"].nothing', 'bpy.data.lights["Key"].energy; 1',  # noqa: E501
+    ['bpy.data.lights["None"].energy', "__import__('os')", 'bpy.data.lights["Key"].nothing',
+    'bpy.data.lights["Key"].energy; 1',
      'bpy.data.objects["Camera"].location[7]', 'bpy.data.objects["Camera"].__class__', "../x", ""],
 )  # fmt: skip
 def test_a_path_that_does_not_exist_is_named(scene, path):

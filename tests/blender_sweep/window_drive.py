@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window: three numbers into the sweep by the context menu's entry, run, open, apply.
+"""Runs inside a Blender with a window: three settings into the sweep by the context menu's entry, run, open, apply.
 
 ``blender --factory-startup --python window_drive.py``; SPECTRAL_PATHS holds folders for sys.path, SPECTRAL_FOLDER an
 empty folder, SPECTRAL_HOLD seconds to keep the window open at the end, for a screenshot. Prints RESULT and JSON.
+With SPECTRAL_EXTENSION=bl_ext.user_default.spectral_scene, and without --factory-startup, it drives the installed zip.
 """
 
 import json
@@ -15,10 +16,14 @@ from types import SimpleNamespace
 
 sys.path[:0] = [entry for entry in os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep) if entry]
 
+from importlib import import_module
+
 import bpy
 
-import blender_addon
-from blender_addon.panels import sweep as panels
+NAME = os.environ.get("SPECTRAL_EXTENSION", "blender_addon")
+extension, panels = import_module(NAME), import_module(NAME + ".panels.sweep")
+if "SPECTRAL_EXTENSION" in os.environ:
+    bpy.utils.unregister_class(panels.SPECTRAL_PT_sweep)  # registered again below, in the tab that is shown
 
 facts: dict = {"version": bpy.app.version_string, "errors": [], "drawn": False}
 draw = panels.SPECTRAL_PT_sweep.draw
@@ -34,10 +39,13 @@ def draw_and_note(self, context):
 
 panels.SPECTRAL_PT_sweep.draw, panels.SPECTRAL_PT_sweep.bl_options = draw_and_note, set()
 panels.SPECTRAL_PT_sweep.bl_category = "Item"  # the tab that a new window shows
-blender_addon.register()
+if "SPECTRAL_EXTENSION" in os.environ:
+    bpy.utils.register_class(panels.SPECTRAL_PT_sweep)
+else:
+    extension.register()
 bpy.context.preferences.view.show_splash = False
 
-from blender_addon.operators import sweep as operators
+operators, editing = import_module(NAME + ".operators.sweep"), import_module(NAME + ".editing.sweep")
 
 
 class Layout:
@@ -53,7 +61,7 @@ class Layout:
 
 
 def by_menu(pointer, identifier):
-    """Add a number through the function that draws the entry of its context menu."""
+    """Add a setting through the function that draws the entry of its context menu."""
     menu = SimpleNamespace(layout=Layout())
     known = pointer.bl_rna.properties[identifier]
     operators.draw_menu(menu, SimpleNamespace(button_pointer=pointer, button_prop=known))
@@ -76,19 +84,17 @@ def begin():
     bpy.ops.wm.save_as_mainfile(filepath=os.path.join(os.environ["SPECTRAL_FOLDER"], "scene.blend"))  # noqa: PTH118
     by_menu(bpy.data.lights["Light"], "energy")
     by_menu(bpy.data.objects["Camera"], "location")
-    by_menu(bpy.data.lights["Light"], "shadow_soft_size")
+    by_menu(bpy.data.lights["Light"], "type")
     sweep = scene.spectral.sweep
-    for entry, (low, high) in zip(sweep.parameters, ((200, 2000), (3, 8), (0.05, 1)), strict=True):
+    for entry, (low, high) in zip(sweep.parameters, ((200, 2000), (3, 8)), strict=False):
         entry.low, entry.high = low, high
-    sweep.parameters[0].scale = "log"
+    sweep.parameters[0].scale, sweep.parameters[2].choices = "log", "POINT, SPOT"
     sweep.budget, sweep.percentage, sweep.samples = 4, 100, 4
     facts["labels"] = [entry.label for entry in sweep.parameters]
     bpy.ops.spectral.sweep_run()
 
 
 def finish():
-    from blender_addon.editing import sweep as editing
-
     scene = bpy.context.scene
     facts["status"] = scene.spectral.sweep.status
     rows = editing.rows(scene)
@@ -99,14 +105,14 @@ def finish():
     bpy.ops.spectral.sweep_apply(row=2)
     wanted = rows[1].parameters[facts["labels"][0]]
     facts["applied"] = abs(bpy.data.lights["Light"].energy - wanted) < 1e-3 * wanted and before != wanted
+    facts["applied"] &= bpy.data.lights["Light"].type == rows[1].parameters[facts["labels"][2]]
+    facts["drawn"] = bool(facts["drawn"])
 
 
 state = {"step": 0, "end": time.monotonic() + 240}
 
 
 def tick():
-    from blender_addon.editing import sweep as editing
-
     try:
         if state["step"] == 0:
             begin()

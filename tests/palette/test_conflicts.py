@@ -88,13 +88,15 @@ def test_a_given_member_pulls_at_its_group_with_its_own_weight(rng):
     surfaces = (PaletteReflectance("designed"), PaletteReflectance("given", given))
     cells = (
         (Cell.free(), Cell.fixed((0.9, 0.1, 0.1), weight=50.0)),
-        (Cell.same_as((0, 0), weight=3.0), Cell.ignore()),
+        # The median weight is the one of the colors, so that the group's own is not 1 after scaling.
+        (Cell.same_as((0, 0), weight=3.0), Cell.fixed((0.5, 0.2, 0.2), weight=50.0)),
     )
     problem = replace(problem, reflectances=surfaces, cells=cells)
     session = PaletteSession(problem)
     answer = session.edit((0, 1), Cell.fixed((0.85, 0.1, 0.1), weight=50.0))
     quadratic = quadratic_of(problem)
-    assert quadratic.known_weights == pytest.approx(np.full(3, quadratic.blocks[0].weights[:3]))
+    assert quadratic.known_weights == pytest.approx(quadratic.blocks[0].weights[:3])
+    assert quadratic.known_weights == pytest.approx(np.full(3, (3.0 / 50.0) ** 2 / 3))
     fresh = solve_palette(session.problem, explain=False)
     np.testing.assert_allclose(answer.actual_linear_rgb, fresh.actual_linear_rgb, atol=1e-7)
 

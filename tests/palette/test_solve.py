@@ -279,3 +279,12 @@ def test_every_preset_is_solved(name):
     assert solution.max_delta_e_2000 < 3
     assert solution.kkt_residual < 1e-6
     assert solution.bound_violation <= 1e-9
+
+
+def test_a_luminance_that_the_bounds_do_not_let_a_light_have_is_a_conflict():
+    light = PaletteLight(D65.resampled(GRID), free=True, luminance=1.0)
+    surface = PaletteReflectance("skin", reflectance("light skin"))
+    cells = ((Cell.fixed((0.45, 0.25, 0.18)),),)
+    solution = solve_palette(PaletteProblem(GRID, (light,), (surface,), cells, light_bounds=(0.0, 1e-4)))
+    assert solution.status == "exact_conflict"
+    assert "what a light must look like" in solution.remedy

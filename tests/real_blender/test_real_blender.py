@@ -39,3 +39,15 @@ def test_zip_installs_and_renders(blender: list[str]) -> None:
 
     assert "STATUS solved" in out
     assert "RENDERED {'FINISHED'}" in out
+
+
+def test_every_setting_of_this_blender_is_in_the_ledger(blender: list[str]) -> None:
+    out = run([*blender, "-b", "--python", str(ROOT / "tests/blender/ledger_walk.py")])
+    (line,) = [each for each in out.splitlines() if each.startswith("MISSING")]
+    assert line == "MISSING {}"
+
+
+def test_settings_of_newer_blenders_are_understood_or_named(blender: list[str]) -> None:
+    out = run([*blender, "-b", "--python", str(ROOT / "tests/real_blender/newer_settings.py")])
+    assert "ALL TRIED" in out
+    assert " False" not in out

@@ -13,13 +13,12 @@ from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.dial import MOST_BULBS
 from spectral_core.render.relight.exact_storage import ExactStorage
+from spectral_core.render.relight.groups import changed_groups, fingerprint, light_groups, one_group_per_light
 from spectral_core.render.relight.mix import relight
 from spectral_core.render.relight.storage import MixtureStorage, Storage
 from spectral_core.render.relight.storages import STORAGE_NAMES, storage_named, storage_of_document
 from spectral_core.render.relight.transport import (
     SAMPLING_LIGHTS,
-    light_groups,
-    one_group_per_light,
     record_transport,
 )
 from spectral_core.scene import (
@@ -176,3 +175,58 @@ def test_the_smaller_picture_that_is_offered_fits(monkeypatch) -> None:
         memory.require_memory(storage, (3840, 2160), 6)
     width, height = map(int, re.findall(r"picture of (\d+)×(\d+)", str(refused.value))[0])
     assert 0.97 * 12e9 < memory.peak_bytes(storage, width, height, 6) <= 12e9
+
+
+@pytest.mark.parametrize("storage", [MixtureStorage(), BandStorage(31)], ids=["mixtures", "bands"])
+def test_only_the_lights_that_changed_are_rendered_anew(image_world: Scene, storage: Storage) -> None:
+    """Those are as in a full recording of the edited scene, the others as before, both to the bit."""
+    spare = PointLight(name="Spare", world_from_light=matrix((-1, 1, 3)), power_w=20, group="Spare")
+    before = replace(image_world, lights=(*image_world.lights, spare))
+    kept = record_transport(before, storage)
+    key = replace(before.lights[0], world_from_light=matrix((0, 1, 2)), power_w=90.0)
+    rim = PointLight(name="Rim", world_from_light=matrix((2, 2, 2)), power_w=10, group="Rim")
+    after = replace(before, lights=(key, *before.lights[1:-1], rim))
+    again = changed_groups(fingerprint(before), fingerprint(after))
+    assert again is not None and set(again) == {"Key", "Rim"}
+    asked = []
+
+    def render(scene, *, groups, **options):
+        asked.append(groups)
+        return render_scene(scene, groups=groups, **options)
+
+    partial = record_transport(after, storage, kept=kept, again=again, render=render)
+    whole = record_transport(after, storage)
+    assert [set(groups) for groups in asked] == [{"Key", "Rim"}]
+    assert partial.groups == whole.groups and "Spare" not in partial.groups
+    for name in partial.groups:
+        source = whole if name in ("Key", "Rim") else kept
+        np.testing.assert_array_equal(
+            partial.channels[partial.index_of(name)], source.channels[source.index_of(name)], err_msg=name
+        )
+        share, there = (each.channels[each.index_of(name)].mean() for each in (partial, whole))
+        assert share == pytest.approx(there, rel=0.05)  # lamps are drawn among others: another noise, the same light
+    np.testing.assert_array_equal(partial.coverage, whole.coverage)
+    assert partial.scene_hash == whole.scene_hash
+
+
+def test_what_is_not_a_light_calls_for_a_recording_of_all(image_world: Scene) -> None:
+    before = fingerprint(image_world)
+    assert changed_groups(before, fingerprint(image_world)) == ()
+    moved = replace(image_world.instances[0], world_from_object=matrix((0, 0, -1)))
+    for edited in (
+        replace(image_world, instances=(moved, *image_world.instances[1:])),
+        replace(image_world, camera=replace(image_world.camera, far=77.0)),
+        replace(image_world, film=replace(image_world.film, samples=7)),
+        replace(image_world, materials=(*image_world.materials, Material("more", Diffuse(gray(0.1))))),
+    ):
+        assert changed_groups(before, fingerprint(edited)) is None
+    sky = replace(image_world, world=replace(image_world.world, strength=2.0))
+    assert changed_groups(before, fingerprint(sky)) == ("Sky",)
+
+
+def test_an_earlier_recording_of_another_kind_is_refused(image_world: Scene) -> None:
+    kept = record_transport(image_world, MixtureStorage())
+    with pytest.raises(InvalidInputError, match="record all lights again"):
+        record_transport(image_world, BandStorage(31), kept=kept, again=("Key",))
+    again = record_transport(image_world, MixtureStorage(), kept=kept, again=())
+    np.testing.assert_array_equal(again.channels, kept.channels)

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -20,11 +21,14 @@ from spectral_core.scene import (
     Glass,
     Instance,
     Material,
+    MixSurface,
     PointLight,
     RenderSettings,
+    ScatteringMedium,
     Scene,
     World,
     gray,
+    surface,
 )
 from tests.render.scenes import matrix, plane, sphere_mesh
 
@@ -118,3 +122,26 @@ def test_cameras_and_films_refuse_what_is_no_number(bad):
     ):
         with pytest.raises(InvalidInputError, match="expected a value from"):
             make()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, np.float32("nan")])
+def test_every_number_of_every_closure_is_refused_where_it_is_none(bad):
+    """All closures and the medium, found by their own fields: a new one cannot be forgotten."""
+    kinds = [*get_args(surface.Closure), MixSurface, ScatteringMedium]
+    tried = 0
+    for kind in kinds:
+        numbers = {each.name for each in fields(kind) if isinstance(each.default, float) or each.name == "factor"}
+        others = {"first": Diffuse(), "second": Diffuse()} if kind is MixSurface else {}
+        for name in numbers:
+            with pytest.raises(
+                InvalidInputError, match=f"{kind.__name__} {name.replace('_', ' ')} is .*expected a value"
+            ):
+                kind(**others, **{name: bad})
+            tried += 1
+    assert tried > 25
+
+
+@pytest.mark.parametrize(("name", "bad"), [("anisotropy", 5.0), ("density", -1.0)])
+def test_a_medium_refuses_what_no_medium_has(name, bad):
+    with pytest.raises(InvalidInputError, match=f"ScatteringMedium {name} is {bad}; expected a value from"):
+        ScatteringMedium(**{name: bad})

@@ -55,7 +55,9 @@ def test_a_table_of_leaves_renders_as_the_leaves_do(monkeypatch, transport):
     clear = [Transparent(Color(rng.random(3))) for _ in range(3)]
     leaves = [*(_glossy(rng) for _ in range(3)), *matt, *noisy, *clear, Glossy(Color([0.2, 0.3, 0.4]), 0.0)]
     order = rng.permutation(len(leaves))
-    surface = _mixed([leaves[k] for k in order], rng, lambda r: Computed(noise_program(1.0)) if r.random() < 0.2 else 0.3)
+    surface = _mixed(
+        [leaves[k] for k in order], rng, lambda r: Computed(noise_program(1.0)) if r.random() < 0.2 else 0.3
+    )
     together = _picture(surface, transport)
     monkeypatch.setattr(leaf_rows, "FEWEST", 1000)
     alone = _picture(surface, transport)

@@ -36,7 +36,7 @@ class Number:
 
     def write(self, value: float) -> None:
         """Set it, as a hand on its slider would; a whole number is rounded."""
-        whole = isinstance(self._element(), int)
+        whole = isinstance(self.element(), int)
         given: Any = round(value) if whole else value
         if self.index is not None:
             values = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
@@ -47,7 +47,8 @@ class Number:
         else:
             setattr(self.owner, self.name, given)
 
-    def _element(self) -> Any:
+    def element(self) -> Any:
+        """What it holds."""
         value = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
         return value if self.index is None else value[self.index]
 
@@ -65,8 +66,9 @@ class Number:
 def number_at(path: str) -> Number:
     """The number of a full data path. Raises InvalidInputError where nothing or no number is there."""
     block, rest = block_at(path)
-    found = _found(block, rest.removeprefix("."))
-    if found is None:
+    found = place_in(block, rest)
+    element = None if found is None else found.element()
+    if found is None or not isinstance(element, (int, float)) or isinstance(element, bool):
         raise InvalidInputError(f"{path!r} is not a number that a fader could move")
     return found
 
@@ -86,7 +88,9 @@ def block_at(path: str) -> tuple[ID, str]:
     return block, full[4]
 
 
-def _found(block: ID, rest: str) -> Number | None:
+def place_in(block: ID, rest: str) -> Number | None:
+    """The property of a data-block at the rest of a full data path, of any kind; None where nothing can be set."""
+    rest = rest.removeprefix(".")
     indexed = _INDEXED.fullmatch(rest)
     place, index = (indexed[1], int(indexed[2])) if indexed else (rest, None)
     custom = _CUSTOM.fullmatch(place)
@@ -94,10 +98,11 @@ def _found(block: ID, rest: str) -> Number | None:
     try:
         owner = block.path_resolve(owner_path) if owner_path else block
         number = Number(owner, name, index, custom is not None)
-        element = number._element()
+        number.element()
+        fixed = not custom and owner.bl_rna.properties[name].is_readonly
     except (ValueError, KeyError, AttributeError, IndexError, TypeError):
         return None
-    return number if isinstance(element, (int, float)) and not isinstance(element, bool) else None
+    return None if fixed else number
 
 
 def _plain(quoted: str) -> str:

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
+from typing import Any
 
 import bpy
-from bpy.types import Depsgraph, Scene
+from bpy.types import Depsgraph, LayerCollection, Object, Scene
 
 from spectral_core.errors import SpectralError
 
@@ -33,20 +35,57 @@ SHOWN = (
 _slow: set[int] = set()
 
 
+HIDDEN = "hidden"
+"""In place of the hash of a part that renders and that the viewport hides, so that it cannot be compared."""
+
+
 def parts_of(scene: Scene) -> dict[str, str]:
-    """Name to hash of everything that the recorded light depends on, as the viewport has it now."""
+    """Name to hash of everything that the recorded light depends on, as the viewport has it now.
+
+    Parts that are hidden from renders do not count, whatever the viewport shows; HIDDEN stands for those that only
+    the viewport hides.
+    """
     from spectral_core.scene import scene_hash
 
     view_layer = scene.view_layers[0] if bpy.context.scene != scene else bpy.context.view_layer
     depsgraph = view_layer.depsgraph
     depsgraph.update()
-    translated = translate_scene(depsgraph)
+    rendered = {each.session_uid: each for each in _rendered(view_layer.layer_collection)}
+    own = {each.session_uid for each in view_layer.objects}
+
+    def shows(instance: Any) -> bool:
+        owner = (instance.parent if instance.is_instance else instance.object).original.session_uid
+        return owner in rendered or owner not in own
+
+    translated = translate_scene(depsgraph, shows=shows)
     parts = {"the camera": translated.camera, "the size of the picture": translated.film.size}
     parts["the world"] = translated.world
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
-    return {name: scene_hash(part)[:DIGITS] for name, part in parts.items()}
+    hashes = {name: scene_hash(part)[:DIGITS] for name, part in parts.items()}
+    for thing in rendered.values():
+        if not thing.visible_get(view_layer=view_layer):
+            hashes = dict.fromkeys(_names(thing), HIDDEN) | hashes
+    return hashes
+
+
+def _rendered(layer: LayerCollection) -> Iterator[Object]:
+    """Objects of a layer's collections that a render shows, whether the viewport does or not."""
+    if layer.exclude or layer.collection.hide_render:
+        return
+    yield from (each for each in layer.collection.objects if not each.hide_render)
+    for child in layer.children:
+        yield from _rendered(child)
+
+
+def _names(thing: Object) -> list[str]:
+    """Parts that an object is known by."""
+    if thing.type == "LIGHT":
+        return [f"light {thing.name_full!r}"]
+    materials = [f"material {slot.material.name_full!r}" for slot in thing.material_slots if slot.material]
+    kept = [] if thing.data is None else [f"mesh {thing.data.name_full!r}"]
+    return [f"object {thing.name_full!r}", f"volume {thing.name_full!r}", *kept, *materials]
 
 
 def remember_parts(scene: Scene, parts: dict[str, str]) -> None:
@@ -59,7 +98,7 @@ def accept(scene: Scene, before: dict[str, str]) -> None:
     """Take a change of the dial's own, made since ``before``, for recorded: Apply dims the lamps and nothing else."""
     recorded = recorded_parts(scene)
     for name, now in parts_of(scene).items():
-        if recorded.get(name) == before.get(name):
+        if recorded.get(name) == before.get(name) and now != HIDDEN:
             recorded[name] = now
     scene.spectral.dial.recorded_parts = json.dumps(recorded)
 
@@ -92,9 +131,10 @@ def compare(scene: Scene) -> str:
 
 def told(recorded: dict[str, str], now: dict[str, str]) -> str:
     """What differs, in words."""
-    found = [f"{name} was removed" for name in recorded if name not in now]
-    found += [f"{name} was added" for name in now if name not in recorded]
-    found += [f"{name} was changed" for name in recorded if name in now and recorded[name] != now[name]]
+    found = [f"{name} was removed" for name, before in recorded.items() if name not in now and before != HIDDEN]
+    found += [f"{name} was added" for name, after in now.items() if name not in recorded and after != HIDDEN]
+    both = [name for name in recorded if HIDDEN not in (recorded[name], now.get(name, HIDDEN))]
+    found += [f"{name} was changed" for name in both if recorded[name] != now[name]]
     rest = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
     return f"{', '.join(found[:NAMED])}{rest}" if found else ""
 

@@ -127,4 +127,3 @@ def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, ow
         camera_visible=True,
         **own,
     )
-

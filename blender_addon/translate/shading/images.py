@@ -14,6 +14,7 @@ from spectral_core.spectra.color import linear_from_display_rgb
 
 from ... import compat
 from ..context import Translation
+from ..ledger import note_changed
 
 Array = NDArray[Any]
 
@@ -76,6 +77,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         where = image.filepath or "no file"
         translation.note(image.name, f"the image could not be read ({where}); a neutral gray stands in for it")
         return None
+    note_changed(translation, image.name, image)
     if image.source in ("SEQUENCE", "MOVIE"):
         translation.note(image.name, "an image sequence or movie shows the frame that Blender has loaded")
     if image.source == "TILED":

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene import LARGEST, Color, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.scene.atmosphere import Atmosphere
 from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
@@ -30,7 +30,8 @@ MOST_NESTED = 2000
 class Reader:
     """Reads the sockets of one material, light or world.
 
-    ``on_surface``: whether values may vary from place to place; a lamp gets means, with a Note. ``shift``: where Bump samples its height, see ``vector_input``.
+    ``on_surface``: whether values may vary from place to place; a lamp gets means, with a Note.
+    ``shift``: where Bump samples its height, see ``vector_input``.
     """
 
     translation: Translation
@@ -39,6 +40,8 @@ class Reader:
     builder: Builder = field(default_factory=Builder)
     shift: int = 0
     material_index: int = 0
+    raised: Value | None = None
+    """The normal that displacement bends, in place of the surface's own; None where nothing does."""
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)
@@ -59,7 +62,9 @@ class Reader:
         if place is None:
             return fallback
         value = scalar_of(self.field(place))
-        return value if self.on_surface or isinstance(value, float) else self.number(place, fallback)
+        if isinstance(value, float):
+            return self._finite(value, place)
+        return value if self.on_surface else self.number(place, fallback)
 
     def number(self, place: Input | None, fallback: float) -> float:
         """A socket as one number: of one that varies the mean, with a Note."""
@@ -67,16 +72,25 @@ class Reader:
             return fallback
         value = scalar_of(self.field(place))
         if isinstance(value, float):
-            return value
+            return self._finite(value, place)
         self.note(f"{place.node.name}: {place.socket.name} takes one number here, its mean was used")
-        return float(mean_color(value)[0])
+        return self._finite(float(mean_color(value)[0]), place)
+
+    def _finite(self, value: float, place: Input) -> float:
+        """A number that a closure takes; 0 with a Note for one that is none."""
+        if abs(value) <= LARGEST:
+            return value
+        what = f"{place.node.name}: {place.socket.name} is {value:g}"
+        self.note(f"{what}, which no light can be computed from; 0 was used")
+        return 0.0
 
     def factor(self, place: Input | None, fallback: float) -> Scalar:
         """Factor of a mix, held within [0, 1] as Blender does."""
         if place is None:
             return fallback
         value = self.as_value(self.field(place))
-        return scalar_of(self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",)))
+        held = scalar_of(self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",)))
+        return self._finite(held, place) if isinstance(held, float) else held
 
     def vector(self, place: Input | None, fallback: float) -> np.ndarray:
         """A vector socket (3,) that does not vary."""
@@ -133,7 +147,7 @@ class Reader:
         if value is None or isinstance(value, (str, bool)):
             return self.literal(float(value) if isinstance(value, bool) else 0.0)
         if isinstance(value, (int, float)):
-            return self.literal(float(value))
+            return self.literal(self._finite(float(value), place))
         array = np.asarray(value[:], dtype=np.float64)
         if not np.isfinite(array).all():
             self.note(f"{place.node.name}: {place.socket.name} is not a finite number; 0 was used")
@@ -172,6 +186,8 @@ class Reader:
 
     def point(self, name: str, width: int = 3) -> Value:
         """Something of the point that is shaded."""
+        if name == "normal" and self.raised is not None:
+            return self.raised
         operation = "vector_input" if width == 3 else "number_input"
         return Value(
             self.builder, self.builder.add(operation, (), name, self.shift), "VECTOR" if width == 3 else "VALUE"

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from spectral_core.scene import (
+    LARGEST,
     AddSurface,
     Computed,
     Diffuse,
@@ -59,7 +60,7 @@ def _vector(reader: Reader, output: Output, name: str) -> Computed | None:
     """What is linked to a normal or tangent socket, None where nothing is."""
     place = output.input(name)
     if place is None or linked(place) is None:
-        return None
+        return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
     value = reader.as_value(reader.field(place))
     return Computed(value.program(3))
 
@@ -180,7 +181,8 @@ def _scaled(reader: Reader, output: Output, factor: float) -> Scalar:
     if place is None or factor == 1.0:
         return reader.scalar(place, 1.0)
     strength = reader.as_value(reader.field(place))
-    return scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
+    scaled = scalar_of(reader.emit("math", strength, factor, 0.0, settings=("MULTIPLY",)))
+    return min(scaled, LARGEST) if isinstance(scaled, float) else scaled
 
 
 def _mix(reader: Reader, output: Output) -> Surface:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,7 @@ from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.explore.analysis.embedding import Variant, cluster, spectral_embedding
 from spectral_core.explore.analysis.process import MAX_ROWS, propose
 from spectral_core.explore.analysis.sensitivity import sobol_indices
-from spectral_core.explore.features.compare import feature_matrix, picture_features
+from spectral_core.explore.features.compare import distances_to, feature_matrix, picture_features
 from spectral_core.explore.features.expression import as_column
 from spectral_core.explore.sweep.region import bounding_region
 from spectral_core.explore.sweep.store import TIMING_COLUMN, Store
@@ -55,6 +55,39 @@ def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -
     texts = [f"cluster {number + 1}" for number in numbers]
     store.ledger.set_manual("cluster", dict(zip(keys, texts, strict=True)))
     print(f"{len(keys)} rows in {len(set(texts))} clusters")
+
+
+def add_distance(store: Store, key: str, weights: Mapping[str, float], p: float = 2.0, name: str = "distance") -> int:
+    """Add a column of weighted p-norm distances to a row (thesis 6.4.2); returns how many rows have one.
+
+    Parameters
+    ----------
+    store : the sweep.
+    key : of the row that distances are measured from.
+    weights : by column; every column counts by its share of its range. "pictures" weighs the pictures: their root mean
+        square distance in CIELAB, as a share of the largest one.
+    p : of the norm, 1 or more; infinity takes the largest difference.
+    name : of the column.
+    """
+    columns = store.columns()
+    keys = columns["key"]
+    if key not in keys:
+        raise InvalidInputError(f"no row has the key {key[:64]!r}; pick a point first")
+    for column, weight in weights.items():
+        if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 <= weight < 1e9:
+            raise InvalidInputError(f"the weight of {column!r} is {weight!r}; expected a number from 0")
+    row = keys.index(key)
+    plain = {column: float(weight) for column, weight in weights.items() if column != PICTURES}
+    parts = [feature_matrix(columns, list(plain), plain)] if plain else []
+    if PICTURES in weights:
+        pictures = picture_features(store, [one.files for one in store.ledger.rows("done")])
+        apart = np.sqrt(np.mean((pictures - pictures[row]) ** 2, axis=1))
+        parts.append(float(weights[PICTURES]) * apart[:, None] / max(float(apart.max()), 1e-300))
+    if not parts or not any(weights.values()):
+        raise InvalidInputError("no column has a weight; name at least one, such as lab_a=1")
+    apart = distances_to(np.concatenate(parts, axis=1), row, p)
+    store.label(name, dict(zip(keys, apart.tolist(), strict=True)))
+    return len(keys)
 
 
 def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:

@@ -85,6 +85,8 @@ def picture_features(store: Store, rows: Sequence[Mapping[str, str]], size: int 
 
     stacked = []
     for files in rows:
+        if not files.get("FILE"):
+            raise InvalidInputError("a row of this table has no picture; leave pictures out of the weights")
         pixels = read_display(inside(store.folder, files["FILE"]))
         height, width = pixels.shape[:2]
         across = np.linspace(0, width, size + 1).astype(int)[:-1]

@@ -32,14 +32,15 @@ Action = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 
 class LiveSweep:
-    """What the page may do with a sweep. ``apply`` sets the open scene to a point; None where there is none.
+    """What the page may do with a sweep.
 
     Parameters
     ----------
     store : the open store.
     folder : where the sweep's file lies, for the compute node; None where points cannot be computed.
     workers : processes for renders.
-    apply : called with the parameters of a point.
+    apply : called with the parameters of a point, to set the open scene to it; None where there is none.
+    render : computes what is missing in its own way and says so; None: processes of this one do.
     """
 
     def __init__(
@@ -49,8 +50,10 @@ class LiveSweep:
         *,
         workers: int = 1,
         apply: Callable[[Mapping[str, Any]], None] | None = None,
+        render: Callable[[], str] | None = None,
     ) -> None:
-        self.store, self.folder, self.workers, self._apply = store, folder, workers, apply
+        self.store, self.folder, self.workers = store, folder, workers
+        self._apply, self._render = apply, render
         self._busy = threading.Lock()
         self._status = ""
         self._background = ThreadPoolExecutor(1)
@@ -59,7 +62,8 @@ class LiveSweep:
     def actions(self) -> dict[str, Action]:
         """Actions by name."""
         return {
-            name: getattr(self, name) for name in ("sample", "refine", "render", "derive", "label", "apply", "status")
+            name: getattr(self, name)
+            for name in ("sample", "refine", "render", "derive", "distance", "label", "apply", "status")
         }
 
     def sample(self, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -95,6 +99,8 @@ class LiveSweep:
         """Compute what is missing, in the background."""
         from spectral_core.explore.sweep.runner import run_sweep
 
+        if self._render is not None:
+            return {"message": self._render()}
         if self.folder is None:
             raise InvalidInputError("this sweep cannot be computed here; run it with spectral-scene sweep")
         node = compute_node(self.store.project.compute, self.store.project.space, self.folder)
@@ -122,6 +128,18 @@ class LiveSweep:
         self.store.derive(str(content.get("name", "")), str(content.get("expression", "")))
         self.store.write_table()
         return {"message": "column added", "reload": True}
+
+    def distance(self, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Add the column of distances to a row."""
+        from spectral_core.explore.analysis.steps import add_distance
+
+        weights, p = content.get("weights"), content.get("p", 2)
+        if not isinstance(weights, dict) or isinstance(p, bool) or not isinstance(p, int | float | str):
+            raise InvalidInputError("a distance needs weights, a mapping from columns to numbers, and a number p")
+        name = str(content.get("name", "distance"))
+        count = add_distance(self.store, str(content.get("key", "")), weights, float(p), name)
+        self.store.write_table()
+        return {"message": f"{count} rows measured: column {name}", "reload": True}
 
     def label(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Set a manual column."""
@@ -216,8 +234,8 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse(404, "there is no such action")
         try:
             self._json(200, action(content))
-        except (SpectralError, KeyError, TypeError, ValueError, AttributeError) as error:
-            self._refuse(400, str(error))
+        except (SpectralError, KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError) as error:
+            self._refuse(400, str(error) or f"the request cannot be carried out ({type(error).__name__})")
 
     def _own_host(self) -> bool:
         """Whether the browser was told this very address: names that lead here (DNS rebinding) are refused."""
@@ -235,9 +253,12 @@ class _Handler(BaseHTTPRequestHandler):
 
         try:
             path = inside(self.server.live.store.folder, unquote(name))
+            known = path.suffix.lower() in PICTURE_ENDINGS and path.parent.name == "image" and path.is_file()
         except InvalidInputError as error:
             return self._refuse(403, str(error))
-        if path.suffix.lower() not in PICTURE_ENDINGS or path.parent.name != "image" or not path.is_file():
+        except OSError:  # a name that the file system does not take
+            known = False
+        if not known:
             return self._refuse(404, "there is no such picture")
         return self._send(200, mimetypes.guess_type(path.name)[0] or "image/png", path.read_bytes())
 

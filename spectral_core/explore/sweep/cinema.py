@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """data.csv of a Cinema Spec D folder: written, read back and checked against the specification.
 
-Cinema Database Specification D (cinemascience, version 1.0): RFC 4180 text; a header of unique names, then at least
-one row; columns whose names start with FILE hold paths relative to the folder and come last; the type of a column is
-that of its first value. A text that a spreadsheet would run as a formula gets a leading apostrophe.
+Cinema Database Specification D (cinemascience, version 1.2): RFC 4180 text in UTF-8; a header of unique names, then at
+least one row; columns whose names start with FILE hold paths relative to the folder and come last; all values of a
+column are of one type, integer, float or string, or empty; NaN is a float. A text that a spreadsheet would run as a
+formula, or that a reader would take for a number, gets a leading apostrophe.
 """
 
 from __future__ import annotations
 
 import csv
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -18,39 +18,63 @@ from typing import Any
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.files import inside
 
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "'")
+"""An apostrophe too, so that the one that is added can be told from one that was there."""
 MAX_CSV_BYTES = 1_000_000_000
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """The text of data.csv; FILE columns are moved to the end, a missing number is NaN, a missing text is empty."""
-    ordered = [name for name in columns if not is_file_column(name)] + [
-        name for name in columns if is_file_column(name)
-    ]
+    """The text of data.csv, each column of one type; FILE columns are moved to the end, the main picture last.
+
+    Viewers such as pycinema show the last FILE column, so linear pictures stand before those that a screen shows.
+    A missing float is NaN, anything else that is missing is empty. Whole numbers in a column of floats are written as
+    floats; numbers in a column of texts as texts.
+    """
+    files = [name for name in columns if is_file_column(name)]
+    ordered = [name for name in columns if not is_file_column(name)]
+    ordered += sorted(files, key=lambda name: (not name.endswith("_linear"), name == "FILE"))
     table = list(rows)
-    text_columns = {name for name in ordered if any(isinstance(row.get(name), str) for row in table)}
-    out = io.StringIO(newline="")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([cell(name) for name in ordered])
-    for row in table:
-        writer.writerow(
-            [_missing(name, text_columns) if row.get(name) is None else cell(row[name]) for name in ordered]
-        )
-    return out.getvalue()
+    written = [_cells(name, [row.get(name) for row in table]) for name in ordered]
+    lines = [[_text_cell(name) for name in ordered], *map(list, zip(*written, strict=True))]
+    return "".join(",".join(map(_quoted, line)) + "\n" for line in lines)
 
 
-def cell(value: Any) -> str:
-    """A value as a cell: numbers to the last bit, formulas made harmless."""
-    if isinstance(value, str):
-        harmless = value.replace("\0", "")
-        return f"'{harmless}" if harmless.startswith(FORMULA_STARTS) else harmless
-    if isinstance(value, float):
-        return "NaN" if math.isnan(value) else repr(value)
-    return str(value)
+def _cells(name: str, values: list[Any]) -> list[str]:
+    """The cells of a column, all of the type that holds each of its values."""
+    if is_file_column(name) or any(isinstance(value, str) for value in values):
+        return ["" if value is None else _text_cell(str(value)) for value in values]
+    if any(isinstance(value, float) for value in values):
+        return ["NaN" if value is None else _float_cell(float(value)) for value in values]
+    return ["" if value is None else str(int(value)) for value in values]
 
 
-def _missing(name: str, text_columns: set[str]) -> str:
-    return "" if name in text_columns or is_file_column(name) else "NaN"
+def _float_cell(value: float) -> str:
+    """A float to the last bit, never to be taken for a whole number."""
+    if math.isnan(value):
+        return "NaN"
+    text = repr(value)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _text_cell(text: str) -> str:
+    """A text that neither a spreadsheet runs nor a reader takes for a number."""
+    harmless = text.replace("\0", "")
+    return f"'{harmless}" if _needs_apostrophe(harmless) else harmless
+
+
+def _needs_apostrophe(text: str) -> bool:
+    if text.startswith(FORMULA_STARTS):
+        return True
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _quoted(cell: str) -> str:
+    """RFC 4180; the csv module of Python 3.11 leaves a lone carriage return open, which would end the row."""
+    return f'"{cell.replace(chr(34), chr(34) * 2)}"' if any(letter in cell for letter in ',"\r\n') else cell
 
 
 def is_file_column(name: str) -> bool:
@@ -79,7 +103,7 @@ def _value(name: str, text: str) -> float | str | None:
     try:
         number = float(text)
     except ValueError:
-        plain = text[1:] if text.startswith("'") and text[1:].startswith(FORMULA_STARTS) else text
+        plain = text[1:] if text.startswith("'") and _needs_apostrophe(text[1:]) else text
         return plain or None
     return None if math.isnan(number) else number
 

@@ -14,6 +14,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.parameters import Space
 
 MAX_LENGTH = 500
+LARGEST = 1e300
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +83,7 @@ def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
 def _linear(node: ast.expr, space: Space, text: str) -> dict[str, float]:
     """Coefficients by name; "" is the constant."""
     match node:
-        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool) and math.isfinite(number):
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool) and abs(number) <= LARGEST:
             return {"": float(number)}
         case ast.Name(id=name):
             _known(name, space, text)

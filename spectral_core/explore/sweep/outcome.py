@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.files import json_text
-from spectral_core.explore.sweep.parameters import NAME_PATTERN, Value
+from spectral_core.explore.sweep.parameters import RESERVED_COLUMNS, Value, is_column_name
 
 Picture = NDArray[np.float32]
-RESERVED_COLUMNS = ("key", "seconds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,18 +25,20 @@ class Outcome:
 
     ``values``: numbers and texts by column name. ``pictures``: linear sRGB (height, width, 3 or 4), row 0 on top, by
     name; "" is the main one. ``files``: ready file contents by ending, such as {".png": bytes}, where the picture is
-    not known as numbers.
+    not known as numbers. ``shown``: a PNG for eyes in place of the plain sRGB one, by the name of its picture, where
+    the scene has a view transform.
     """
 
     values: Mapping[str, float | int | str] = field(default_factory=dict)
     pictures: Mapping[str, Picture] = field(default_factory=dict)
     files: Mapping[str, bytes] = field(default_factory=dict)
+    shown: Mapping[str, bytes] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, value in self.values.items():
-            if not NAME_PATTERN.fullmatch(name) or name in RESERVED_COLUMNS or name.upper().startswith("FILE"):
+            if not is_column_name(name):
                 raise InvalidInputError(
-                    f"a value is named {name!r}; expected an identifier other than key, seconds, FILE…"
+                    f"a value is named {name!r}; expected an identifier other than {', '.join(RESERVED_COLUMNS)}, FILE…"
                 )
             if not isinstance(value, float | int | str | np.generic):
                 raise InvalidInputError(f"the value {name!r} is a {type(value).__name__}; expected a number or a text")

@@ -19,6 +19,18 @@ Value = float | int | str
 Kind = Literal["real", "integer", "choice"]
 NAME_PATTERN = re.compile(r"[^\W\d]\w*", re.UNICODE)
 MAX_PARAMETERS = 64
+RESERVED_COLUMNS = ("key", "seconds", "nan", "inf", "infinity")
+"""Columns of every table, and words that readers of tables take for numbers."""
+
+
+def is_column_name(name: Any) -> bool:
+    """Whether a text may name a column: an identifier that is not reserved and does not announce files."""
+    return (
+        isinstance(name, str)
+        and NAME_PATTERN.fullmatch(name) is not None
+        and name.lower() not in RESERVED_COLUMNS
+        and not name.upper().startswith("FILE")
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +54,10 @@ class Parameter:
     group: str = "parameters"
 
     def __post_init__(self) -> None:
-        if not NAME_PATTERN.fullmatch(self.name):
+        if not is_column_name(self.name):
             raise InvalidInputError(
-                f"a parameter is named {self.name!r}; expected letters, digits and underscores, such as key_energy_w"
+                f"a parameter is named {self.name!r}; expected letters, digits and underscores, such as key_energy_w, "
+                f"and none of {', '.join(RESERVED_COLUMNS)}, FILE…, which mean something else in a table"
             )
         if self.scale not in ("linear", "log") or self.kind not in ("real", "integer", "choice"):
             raise InvalidInputError(

@@ -177,7 +177,7 @@ class RegionOfInterest:
                     {str(k): float(v) for k, v in table["radii"].items()},
                     float(table.get("p", 2.0)),
                 )
-        except (TypeError, ValueError, KeyError, AttributeError) as error:
+        except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as error:
             raise InvalidInputError(
                 f"the region cannot be read ({error!r}); expected ranges = {{name = [low, high]}}, constraints = "
                 "[texts], ball = {center = {…}, radii = {…}, p = 2}"

@@ -22,7 +22,7 @@ from spectral_core.explore.sweep.designs import Design, Point
 from spectral_core.explore.sweep.files import file_lock, read_json, write_whole
 from spectral_core.explore.sweep.ledger import Ledger, Row
 from spectral_core.explore.sweep.outcome import point_key
-from spectral_core.explore.sweep.parameters import NAME_PATTERN, Parameter, Space
+from spectral_core.explore.sweep.parameters import Parameter, Space, is_column_name
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files
 
@@ -104,8 +104,7 @@ class Store:
     def create(cls, folder: Path, project: Project) -> Store:
         """A new store; InvalidInputError where the folder holds something else."""
         folder = cdb_folder(folder)
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
+        require_free(folder)
         project.region.checked(project.space)
         project.design = project.design.placed(project.space)
         project.environment = _environment()
@@ -236,13 +235,9 @@ class Store:
 
 def require_column_name(name: str) -> str:
     """An identifier that is no FILE column."""
-    if (
-        not isinstance(name, str)
-        or not NAME_PATTERN.fullmatch(name)
-        or name.upper().startswith("FILE")
-        or len(name) > 64
-    ):
-        raise InvalidInputError(f"{str(name)[:80]!r} cannot name a column; expected letters, digits and underscores")
+    if not is_column_name(name) or len(name) > 64:
+        raise InvalidInputError(f"{str(name)[:80]!r} cannot name a column; expected letters, digits and underscores, "
+                                "not key, seconds or FILE…")  # fmt: skip
     return name
 
 
@@ -250,6 +245,12 @@ def cdb_folder(folder: Path) -> Path:
     """The folder with the ending .cdb, by which Cinema's viewers know it."""
     path = Path(folder).expanduser()
     return path if path.suffix == ".cdb" else path.with_name(path.name + ".cdb")
+
+
+def require_free(folder: Path) -> None:
+    """Raise InvalidInputError where a new store would have to share its folder."""
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
 
 
 def copy_portable(store: Store, target: Path) -> Path:

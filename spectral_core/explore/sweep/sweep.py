@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,10 +17,12 @@ from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
 from spectral_core.explore.sweep.outcome import describe
 from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep
-from spectral_core.explore.sweep.store import Store, cdb_folder
+from spectral_core.explore.sweep.store import Store, cdb_folder, require_free
 from spectral_core.explore.sweep.task import compute_point
 
 REFERENCE_KEY = "reference"
+DOCUMENT_FOLDER = "document_folder"
+"""Entry of a project's environment: the folder of the sweep's file on the machine that ran it last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +49,9 @@ class Sweep:
             self._fit()
         else:
             self.store = Store.create(place, document.project(self.node.fingerprint))
+        # where files that the document names are sought again, by a page that renders
+        self.store.project.environment[DOCUMENT_FOLDER] = str(document.folder.resolve())
+        self.store.save_project()
 
     def _fit(self) -> None:
         """Take the document's region, budget and columns over; refuse what would mix different rows."""
@@ -73,7 +81,6 @@ class Sweep:
         frame = (project.design.frame, project.design.shifts) if same_design else (None, ())
         project.design = replace(document.design, frame=frame[0], shifts=frame[1]).placed(project.space)
         project.expressions.update(document.expressions)
-        self.store.save_project()
 
     def plan(self, budget: int | None = None) -> SweepPlan:
         """Enter the points of the region and say what a run will do."""
@@ -98,6 +105,12 @@ class Sweep:
         if each is not None and new:
             lines.append(f"about {each * new:.0f} s with one worker ({each:.2f} s per point so far)")
         return SweepPlan(keys, new, reused, tuple(lines), None if each is None else each * new)
+
+    def pending(self) -> SweepPlan:
+        """The points that the folder lists and lacks, whatever entered them; none is added."""
+        keys = tuple(row.key for row in self.store.ledger.rows("pending"))
+        reused = len(self.store.ledger.rows("done"))
+        return SweepPlan(keys, len(keys), reused, (f"{len(keys)} to compute, {reused} done already",), None)
 
     def run(
         self,
@@ -145,3 +158,27 @@ class Sweep:
         files = views[REFERENCE_KEY]["files"]
         compare_rows(self.store, files.get("FILE_linear") or files.get("FILE"))
         self.store.write_table()
+
+
+@contextmanager
+def planned_apart(document: SweepDocument, folder: Path) -> Iterator[Sweep]:
+    """The sweep in a temporary folder that holds the points of ``folder``, which stays as it is: only to plan with."""
+    place = cdb_folder(folder)
+    with tempfile.TemporaryDirectory(prefix="sweep-plan-") as name:
+        apart = Path(name) / place.name
+        if (place / "project.json").is_file():
+            left = shutil.ignore_patterns("image", "lease", "driver.lock", "ledger.sqlite*", "*.html", "data.csv")
+            shutil.copytree(place, apart, ignore=left)
+            with Store.open(place) as store:
+                store.ledger.copy_to(apart / "ledger.sqlite")
+        else:
+            require_free(place)
+        try:
+            sweep = Sweep(document, apart)
+        except InvalidInputError as error:
+            raise InvalidInputError(str(error).replace(str(apart), str(place))) from error
+        try:
+            sweep.store.recover()
+            yield sweep
+        finally:
+            sweep.store.close()

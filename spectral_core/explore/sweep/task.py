@@ -112,7 +112,7 @@ def _computed(
     for name, picture in outcome.pictures.items():
         stem = f"{key}_{name}" if name else key
         columns[f"FILE_{name}" if name else "FILE"] = f"image/{stem}.png"
-        contents[f"{stem}.png"] = display_png(picture)
+        contents[f"{stem}.png"] = outcome.shown.get(name) or display_png(picture)
         if linear and picture.ndim == 3:
             columns[f"FILE_{name}_linear" if name else "FILE_linear"] = f"image/{stem}.exr"
             contents[f"{stem}.exr"] = exr_bytes(picture)

@@ -83,12 +83,13 @@ class SpectralTexture:
         object.__setattr__(self, "weights", weights)
         object.__setattr__(self, "spectra", frozen_array("spectra", self.spectra, (len(weights), TEXTURE_GRID.size)))
         # The bits of a half float in [0, 1] are at most those of 1; negative, infinite and NaN ones are larger.
-        outside = int(np.count_nonzero(weights.view(np.uint16) > _BITS_OF_ONE))
+        bits = int(weights.view(np.uint16).max(initial=0))
         sums = self.spectra.sum(axis=0)
-        if outside or self.spectra.min() < -1e-9 or np.abs(sums - 1).max() > 1e-6:
+        if bits > _BITS_OF_ONE or self.spectra.min() < -1e-9 or np.abs(sums - 1).max() > 1e-6:
             raise InvalidInputError(
-                f"{outside} weights are outside [0, 1] and the spectra sum to {sums.min():g} … {sums.max():g}; weights "
-                "must lie in [0, 1], and spectra must be non-negative with sum 1 at each wavelength"
+                f"{'weights are' if bits > _BITS_OF_ONE else 'no weight is'} outside [0, 1] and the spectra sum to "
+                f"{sums.min():g} … {sums.max():g}; weights must lie in [0, 1], and spectra must be non-negative with "
+                "sum 1 at each wavelength"
             )
 
     def reflectances(self, row: int, column: int) -> Array:
@@ -97,8 +98,13 @@ class SpectralTexture:
 
     def picture(self, light: Illuminant) -> NDArray[np.float32]:
         """Linear sRGB (H, W, 3) of the texture under ``light``, relative to the light's white."""
+        return self.rows(light, 0, self.weights.shape[1])
+
+    def rows(self, light: Illuminant, first: int, last: int) -> NDArray[np.float32]:
+        """Linear sRGB (last - first, W, 3) of the rows ``first`` to ``last`` under ``light``."""
         color_from_weights = (stimulus_matrix([light]) @ self.spectra.T).astype(np.float32)
-        return np.einsum("ck,khw->hwc", color_from_weights, self.weights.astype(np.float32), optimize=True)
+        band = self.weights[:, first:last].astype(np.float32)
+        return np.einsum("ck,khw->hwc", color_from_weights, band, optimize=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

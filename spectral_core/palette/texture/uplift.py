@@ -19,18 +19,20 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.texture.reach import TEXTURE_GRID, stimulus_matrix
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.palette.texture.spline import NODES, axis, cell
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
-NODES = 13
 WIDTH = 0.12
 """Standard deviation, in linear RGB, of the region that a constraint moves."""
 PULL = 300.0
 """Weight of the wanted color under the second light against smoothness."""
 CORRECTIONS = 6
-_KNOTS: Array = np.concatenate([[0.0, 0.0], np.arange(NODES - 1), [NODES - 2.0, NODES - 2.0]])
-"""Knots of the quadratic B-spline, in spans; the ends are threefold, so that the spline reaches the cube's faces."""
+REACHED = 1e-4
+"""Linear RGB distance below which a wanted color counts as reachable."""
+LAB_STEPS = 4
+"""Gauss-Newton steps toward the reachable color that is nearest in CIELAB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,8 +54,8 @@ class Pin:
 class PinResult:
     """What a pin reached: ``color`` (3,) under the second light, ΔE2000 to the wanted one, and to the nearest possible.
 
-    ``reachable``: whether any reflectance has both colors; ``nearest``: the reachable color nearest along the way from
-    the plain color to the wanted one.
+    ``reachable``: whether any reflectance has both colors; ``nearest``: the reachable color that is nearest to the
+    wanted one in CIELAB.
     """
 
     color: Array
@@ -65,15 +67,20 @@ class PinResult:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Uplift:
-    """Lattice of reflectances: ``reflectances`` (13, 13, 13, n) over linear RGB from 0 to 1, on ``TEXTURE_GRID``."""
+    """Lattice of reflectances over linear RGB from 0 to 1.
 
-    reflectances: NDArray[np.float32]
+    ``lattice``: (13, 13, 13, k), weights of the ``basis`` (k, n) on ``TEXTURE_GRID``. Without a given basis its spectra
+    are the hats of the knots, so that the weights are the reflectances themselves.
+    """
+
+    lattice: NDArray[np.float32]
+    basis: Array
     lights: tuple[Illuminant, ...]
     pins: tuple[PinResult, ...]
     seconds: float
 
-    def spectra(self, linear_rgb: ArrayLike) -> Array:
-        """Reflectances (m, n) of colors (m, 3), by the quadratic B-spline of the lattice.
+    def weights(self, linear_rgb: ArrayLike) -> NDArray[np.float32]:
+        """Weights (m, k) of colors (m, 3), by the quadratic B-spline of the lattice; float32.
 
         Raises InvalidInputError for colors outside [0, 1].
         """
@@ -82,12 +89,25 @@ class Uplift:
             raise InvalidInputError(
                 f"colors span {colors.min():g} to {colors.max():g}; a reflectance has linear RGB from 0 to 1"
             )
-        corners, shares = _cell(colors)
-        flat = self.reflectances.reshape(-1, TEXTURE_GRID.size)
-        return np.asarray(np.einsum("mk,mkn->mn", shares, flat[corners]))
+        corners, shares = cell(colors)
+        flat = self.lattice.reshape(-1, self.lattice.shape[-1])
+        found = np.zeros((len(colors), flat.shape[1]), dtype=np.float32)
+        for corner, share in zip(corners.T, shares.T.astype(np.float32), strict=True):
+            found += share[:, None] * flat[corner]
+        return np.clip(found, 0.0, 1.0)
+
+    def spectra(self, linear_rgb: ArrayLike) -> Array:
+        """Reflectances (m, n) of colors (m, 3), by the quadratic B-spline of the lattice.
+
+        Raises InvalidInputError for colors outside [0, 1].
+        """
+        return np.asarray(self.weights(linear_rgb).astype(np.float64) @ self.basis)
 
 
-def design_uplift(first: Illuminant, second: Illuminant | None = None, pins: Sequence[Pin] = ()) -> Uplift:
+def design_uplift(
+    first: Illuminant, second: Illuminant | None = None, pins: Sequence[Pin] = (), basis: ArrayLike | None = None,
+    slope: float = 1.0,
+) -> Uplift:  # fmt: skip
     """Build the lattice of the smoothest reflectances for colors under ``first``, with pins under ``second``.
 
     Parameters
@@ -95,6 +115,10 @@ def design_uplift(first: Illuminant, second: Illuminant | None = None, pins: Seq
     first : light under which every color is exact.
     second : light of the pins; needed where there are any.
     pins : constraints; two pins closer than half a lattice cell are refused.
+    basis : (k, n), spectra on ``TEXTURE_GRID``, never negative and of sum 1, that all reflectances are mixed from:
+        what a texture of k channels can store. By default every reflectance between 0 and 1.
+    slope : every color v, those of pins as well, is asked for as slope v; below 1 where ``first`` or ``basis`` cannot
+        show all display colors.
 
     Raises
     ------
@@ -104,7 +128,8 @@ def design_uplift(first: Illuminant, second: Illuminant | None = None, pins: Seq
     if pins and second is None:
         raise InvalidInputError(f"{len(pins)} pins without a second light; name the light under which they hold")
     _require_apart(pins)
-    nodes = _LatticeSolver(first, second)
+    spectra = np.eye(TEXTURE_GRID.size) if basis is None else np.asarray(basis, dtype=np.float64)
+    nodes = _LatticeSolver(first, second, spectra, slope)
     plain = nodes.solve(None)
     results: tuple[PinResult, ...] = ()
     lattice = plain
@@ -112,7 +137,10 @@ def design_uplift(first: Illuminant, second: Illuminant | None = None, pins: Seq
         lattice, results = _pinned(nodes, plain, pins)
     lights = (first,) if second is None else (first, second)
     shaped = lattice.reshape(NODES, NODES, NODES, -1).astype(np.float32)
-    return Uplift(frozen_array("uplift", shaped, dtype=np.float32), lights, results, time.perf_counter() - started)
+    return Uplift(
+        frozen_array("uplift", shaped, dtype=np.float32), frozen_array("basis", spectra), lights, results,
+        time.perf_counter() - started,
+    )  # fmt: skip
 
 
 def _require_apart(pins: Sequence[Pin]) -> None:
@@ -124,50 +152,24 @@ def _require_apart(pins: Sequence[Pin]) -> None:
                 )
 
 
-def _axis() -> Array:
-    """Positions (13,) of the nodes on one axis: the Greville abscissae of the quadratic B-spline with clamped ends."""
-    return (_KNOTS[1 : NODES + 1] + _KNOTS[2 : NODES + 2]) / 2 / (NODES - 2)
-
-
-def _along(values: Array) -> tuple[NDArray[np.intp], Array]:
-    """First node (m,) and the three shares (3, m) of the quadratic B-spline at ``values`` from 0 to 1 (de Boor)."""
-    position = values * (NODES - 2)
-    first = np.minimum(position.astype(np.intp), NODES - 3)
-    before, start, end, after = (_KNOTS[first + k] for k in (1, 2, 3, 4))
-    falling = (end - position) / (end - before)
-    rising = (position - start) / (after - start)
-    return first, np.stack(
-        [
-            (end - position) * falling,
-            (position - before) * falling + (after - position) * rising,
-            (position - start) * rising,
-        ]
-    )
-
-
-def _cell(colors: Array) -> tuple[NDArray[np.intp], Array]:
-    """Lattice nodes (m, 27) around colors (m, 3) and their shares (m, 27), which are never negative and sum to 1."""
-    firsts, shares = zip(*(_along(colors[:, axis]) for axis in range(3)), strict=True)
-    corners, products = [], []
-    for i, j, k in np.ndindex(3, 3, 3):
-        corners.append(((firsts[0] + i) * NODES + firsts[1] + j) * NODES + firsts[2] + k)
-        products.append(shares[0][i] * shares[1][j] * shares[2][k])
-    return np.stack(corners, axis=1), np.stack(products, axis=1)
-
-
 class _LatticeSolver:
-    """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + PULL |N2 r - field|^2."""
+    """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + PULL |N2 r - field|^2.
 
-    def __init__(self, first: Illuminant, second: Illuminant | None) -> None:
-        axis = _axis()
-        self.colors = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        self.first = stimulus_matrix([first])
-        self.second = None if second is None else stimulus_matrix([second])
+    The unknowns are weights of a basis: r = basis^T w with 0 <= w <= 1.
+    """
+
+    def __init__(self, first: Illuminant, second: Illuminant | None, basis: Array, slope: float) -> None:
+        positions = axis()
+        self.colors = np.stack(np.meshgrid(positions, positions, positions, indexing="ij"), axis=-1).reshape(-1, 3)
+        self.slope_of_colors = require_range("slope", slope, 1e-3, 1.0)
+        self.first = stimulus_matrix([first]) @ basis.T
+        self.second = None if second is None else stimulus_matrix([second]) @ basis.T
         knots = TEXTURE_GRID.size
         difference = np.diff(np.eye(knots), 2, axis=0)
         # A slope of 1e-4 of the second difference makes the program strictly convex: a line has no second difference.
-        slope = np.diff(np.eye(knots), axis=0)
-        self.smoothness = difference.T @ difference + 1e-4 * slope.T @ slope + 1e-9 * np.eye(knots)
+        step = np.diff(np.eye(knots), axis=0)
+        roughness = difference.T @ difference + 1e-4 * step.T @ step + 1e-9 * np.eye(knots)
+        self.smoothness = basis @ roughness @ basis.T
 
     def solve(self, field: Array | None, only: NDArray[np.intp] | None = None) -> Array:
         """Reflectances (m, n) of the nodes ``only``; ``field``: (m, 3), colors wanted under the second light."""
@@ -184,7 +186,7 @@ class _LatticeSolver:
         answers = np.empty((len(chosen), knots))
         linear = np.zeros(knots)
         for row, node in enumerate(chosen):
-            upper[knots:] = lower[knots:] = self.colors[node]
+            upper[knots:] = lower[knots:] = self.slope_of_colors * self.colors[node]
             if field is not None and self.second is not None:
                 linear = -PULL * self.second.T @ field[row]
             found, _, status, _ = daqp.solve(hessian, linear, self.first, upper, lower, sense)
@@ -202,10 +204,10 @@ def _pinned(nodes: _LatticeSolver, plain: Array, pins: Sequence[Pin]) -> tuple[A
     assert nodes.second is not None
     plain_field = plain @ nodes.second.T
     at_pins = np.stack([pin.color for pin in pins])
-    cells, shares = _cell(at_pins)
+    cells, shares = cell(at_pins)
     bumps = np.exp(-((nodes.colors[:, None] - at_pins) ** 2).sum(axis=2) / (2 * WIDTH**2))
     moved = np.flatnonzero(bumps.max(axis=1) > 1e-3)
-    nearest = [_nearest_reachable(nodes, pin, shares[k] @ plain_field[cells[k]]) for k, pin in enumerate(pins)]
+    nearest = [_nearest_reachable(nodes, pin) for pin in pins]
     wanted = np.stack([color for color, _ in nearest])
     strength = np.zeros((len(pins), 3))
     lattice = plain.copy()
@@ -218,7 +220,7 @@ def _pinned(nodes: _LatticeSolver, plain: Array, pins: Sequence[Pin]) -> tuple[A
     reached = np.einsum("pk,pkc->pc", shares, lattice[cells] @ nodes.second.T)
     return lattice, tuple(
         PinResult(
-            color, _difference(color, pin.wanted), possible, target, _difference(color, target)
+            color, _difference(color, nodes.slope_of_colors * pin.wanted), possible, target, _difference(color, target)
         )
         for color, pin, (target, possible) in zip(reached, pins, nearest, strict=True)
     )  # fmt: skip
@@ -228,20 +230,43 @@ def _difference(color: Array, wanted: Array) -> float:
     return float(delta_e_2000(lab_from_linear_rgb(color), lab_from_linear_rgb(wanted)))
 
 
-def _nearest_reachable(nodes: _LatticeSolver, pin: Pin, plain: Array) -> tuple[Array, bool]:
-    """The last reachable color on the way from the plain color to the wanted one, and whether the wanted one is."""
-    from scipy.optimize import linprog
-
+def _nearest_reachable(nodes: _LatticeSolver, pin: Pin) -> tuple[Array, bool]:
+    """The reachable color under the second light that is nearest to the wanted one, and whether it is that."""
     assert nodes.second is not None
-    knots = nodes.first.shape[1]
-    # max t: N1 r = color, N2 r = plain + t (wanted - plain), 0 <= r <= 1, 0 <= t <= 1
-    equations = np.vstack(
-        [np.hstack([nodes.first, np.zeros((3, 1))]), np.hstack([nodes.second, (plain - pin.wanted)[:, None]])]
-    )
-    answer = linprog(
-        np.append(np.zeros(knots), -1.0), A_eq=equations, b_eq=np.concatenate([pin.color, plain]),
-        bounds=[(0.0, 1.0)] * (knots + 1), method="highs-ds",
-    )  # fmt: skip
-    share = float(answer.x[-1]) if answer.status == 0 else 0.0
-    require_range("reachable share", share, 0.0, 1.0 + 1e-9)
-    return plain + share * (pin.wanted - plain), share >= 1 - 1e-9
+    color, aim = nodes.slope_of_colors * pin.color, nodes.slope_of_colors * pin.wanted
+    found = nearest_weights(nodes.first, nodes.second, color, aim)
+    if found is None:
+        raise SolveError(f"no reflectance has the color {pin.color.round(3).tolist()} under the first light")
+    reached = nodes.second @ found
+    possible = bool(np.abs(reached - aim).max() < REACHED)
+    return (aim if possible else reached), possible
+
+
+def nearest_weights(first: Array, second: Array, color: Array, wanted: Array) -> Array | None:
+    """Weights (k,) in [0, 1] with exactly ``color`` under ``first`` (3, k) that come nearest to ``wanted`` in CIELAB.
+
+    Gauss-Newton steps, each a small quadratic program; None where no weights have the color.
+    """
+    import daqp
+
+    count = first.shape[1]
+    upper, lower = np.concatenate([np.ones(count), color]), np.concatenate([np.zeros(count), color])
+    sense = np.concatenate([np.zeros(count), np.full(3, 5)]).astype(np.int32)
+    target, rows_first = lab_from_linear_rgb(wanted), np.ascontiguousarray(first)
+    here, best, least = wanted, None, np.inf
+    for _ in range(LAB_STEPS):
+        metric = lab_jacobian_from_linear_rgb(here)
+        rows = metric @ second
+        goal = metric @ here + target - lab_from_linear_rgb(here)
+        hessian = rows.T @ rows
+        hessian += 1e-8 * np.trace(hessian) * np.eye(count)
+        found, _, status, _ = daqp.solve(hessian, -rows.T @ goal, rows_first, upper, lower, sense)
+        if status not in (1, 2):
+            return best
+        found = np.clip(found, 0.0, 1.0)
+        here = np.clip(second @ found, 0.0, None)
+        distance = float(np.linalg.norm(lab_from_linear_rgb(here) - target))
+        if distance >= least - 1e-6:
+            break
+        best, least = found, distance
+    return best

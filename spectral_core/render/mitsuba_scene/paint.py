@@ -43,18 +43,18 @@ def reflectance(context: Context, paint: Paint | Rows, subject: str) -> Any:
         if isinstance(paint, Rows):
             return context.rows(Rows(paint.cursor, rgb))
         return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb)})
+    if isinstance(paint, Illuminant):  # a light's spectrum where a surface's belongs, such as a Blackbody node's
+        return reflectance(context, Color(emitted_rgb(paint)), subject)
     if isinstance(paint, Spectrum):
-        if context.spectral:
-            return sampled_spectrum(context, paint)
-        rgb = RGB_FROM_XYZ @ xyz_of(white_light(), paint)
-        return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
+        rgb = np.clip(RGB_FROM_XYZ @ xyz_of(white_light(), paint), 0.0, 1.0)
+        return sampled_spectrum(context, paint) if context.spectral else reflectance(context, Color(rgb), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
-    if isinstance(paint, Computed):
-        return context.computed(paint.program)
     if isinstance(paint, SpectralImage):
         return spectral_image(context, paint, subject)
-    return _mixed(context, paint, lambda part: reflectance(context, part, subject))
+    if isinstance(paint, MixedPaint):
+        return _mixed(context, paint, lambda part: reflectance(context, part, subject))
+    return context.computed(paint.program)
 
 
 def emission(context: Context, paint: Paint, strength: float, subject: str) -> Any:

@@ -56,7 +56,7 @@ class RenderProcess:
         on_progress: Callable[[Progress], None] | None = None,
         should_stop: Callable[[], bool] | None = None,
         bands: Bands | None = None,
-        groups: bool = False,
+        groups: bool | tuple[str, ...] = False,
         sampling_lights: Sequence[Spectrum] | None = None,
     ) -> RenderResult:
         """Like ``render_scene``, elsewhere.

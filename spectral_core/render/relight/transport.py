@@ -3,16 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
+from spectral_core.render.relight.groups import group_light, light_groups, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
@@ -21,12 +20,10 @@ from spectral_core.scene import (
     Color,
     Emission,
     Light,
-    Material,
     Principled,
     Scene,
     Surface,
     gray,
-    leaves,
     map_leaves,
     scene_hash,
 )
@@ -89,6 +86,8 @@ def record_transport(
     one_per_light: bool = False,
     most_groups: int | None = None,
     view: ViewTransform | None = None,
+    kept: Transport | None = None,
+    again: Collection[str] | None = None,
     render: Callable[..., RenderResult] = render_scene,
     **options: Any,
 ) -> Transport:
@@ -104,6 +103,9 @@ def record_transport(
         Refuse a scene with more light groups before anything is rendered; a dial has up to ``dial.MOST_BULBS``.
     view
         How the scene shows linear light, kept with the transport for pages.
+    kept, again
+        An earlier transport of this scene and the groups that have changed since, see ``groups.changed_groups``: only
+        these, and groups that it lacks, are rendered.
     render
         ``render_scene`` or the ``render`` of a ``RenderProcess``.
     options
@@ -112,7 +114,8 @@ def record_transport(
     Raises
     ------
     InvalidInputError
-        For a scene without light, with too many lights, or a machine without the memory.
+        For a scene without light, with too many lights, or a machine without the memory; for a ``kept`` transport of
+        another size, storage or number of samples.
     RenderCancelled
         Where it was stopped.
     """
@@ -129,68 +132,53 @@ def record_transport(
         options.setdefault("sampling_lights", SAMPLING_LIGHTS)
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
-    result = render(recorded, groups=True, bands=storage.measured(), **options)
-    if result.status != "done":
-        raise RenderCancelled("the transport render was stopped; nothing was stored")
-    planes = result.group_band_pixels if storage.keeps_spectra else result.group_pixels
-    names = tuple(name for name in planes)
-    if not names:
+    reused = _reused(kept, again, scene, storage)
+    wanted = tuple(name for name in names if name not in reused)
+    planes: dict[str, Pixels] = {}
+    coverage = None if kept is None else kept.coverage
+    if wanted:
+        result = render(recorded, groups=wanted if reused else True, bands=storage.measured(), **options)
+        if result.status != "done":
+            raise RenderCancelled("the transport render was stopped; nothing was stored")
+        planes = result.group_band_pixels if storage.keeps_spectra else result.group_pixels
+        coverage = np.ascontiguousarray(result.pixels[..., 3])
+    names = tuple(name for name in names if name in planes or name in reused)
+    if not names or coverage is None:
         raise InvalidInputError("no light of the scene reaches the picture; there is no transport to store")
-    channels = _gathered(planes, storage.channel_count)
-    exposure = scene.film.exposure
-    if not storage.keeps_spectra:
-        channels /= np.float32(exposure)  # the renderer exposes pictures, not bands
+    # the renderer exposes pictures, not bands
+    channels = np.empty((len(names), storage.channel_count, *coverage.shape), np.float32)
+    _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else scene.film.exposure)
     return Transport(
-        storage, names, channels, np.ascontiguousarray(result.pixels[..., 3]),
-        tuple(_group_light(grouped, name) for name in names), exposure, scene_hash(scene), result.samples,
-        scene.film.seed, view,
+        storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
+        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view,
     )  # fmt: skip
 
 
-def _gathered(planes: dict[str, Pixels], count: int) -> Pixels:
-    """(groups, channels, height, width) of pictures by group. Empties ``planes``: each is let go once it is copied."""
-    height, width = next(iter(planes.values())).shape[:2]
-    channels = np.empty((len(planes), count, height, width), np.float32)
-    for number, name in enumerate(tuple(planes)):
-        np.copyto(channels[number], planes.pop(name)[..., :count].transpose(2, 0, 1))
-    return channels
+def _reused(kept: Transport | None, again: Collection[str] | None, scene: Scene, storage: Storage) -> dict[str, Pixels]:
+    """Channels (channels, height, width) of the groups of an earlier transport that are still right."""
+    if kept is None or again is None:
+        return {}
+    film = scene.film
+    if (kept.size, kept.samples, kept.seed, kept.storage.channel_names()) != (
+        film.size, film.samples, film.seed, storage.channel_names(),
+    ):  # fmt: skip
+        raise InvalidInputError(
+            f"the earlier transport has {kept.size[0]}×{kept.size[1]} pixels, {kept.samples} samples and "
+            f"{kept.storage.kind} storage; record all lights again for another size, quality or storage"
+        )
+    return {name: planes for name, planes in zip(kept.groups, kept.channels, strict=True) if name not in again}
 
 
-def light_groups(scene: Scene) -> tuple[str, ...]:
-    """Names of the light groups of everything that shines, sorted."""
-    names = {light.group for light in scene.lights}
-    if not scene.world.is_black:
-        names.add(scene.world.group)
-    glowing = _glowing_materials(scene)
-    names |= {instance.group for instance in scene.instances if glowing.intersection(instance.materials)}
-    return tuple(sorted(names))
-
-
-def one_group_per_light(scene: Scene) -> Scene:
-    """The scene with every light, glowing object and the surroundings in a group of its own name.
-
-    Things of one name stay apart: the second gets a number, as Blender gives it (``Lamp.001``).
-    """
-    taken: set[str] = set()
-
-    def own(name: str) -> str:
-        numbered = (f"{name}.{number:03d}" for number in count(1))
-        free = name if name not in taken else next(other for other in numbered if other not in taken)
-        taken.add(free)
-        return free
-
-    lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
-    glowing = _glowing_materials(scene)
-    instances = tuple(
-        replace(thing, group=own(thing.name) if glowing.intersection(thing.materials) else thing.name)
-        for thing in scene.instances
-    )
-    return replace(
-        scene,
-        lights=lights,
-        instances=instances,
-        world=replace(scene.world, group=own(scene.world.group or "World")),
-    )
+def _gather(
+    channels: Pixels, names: Sequence[str], planes: dict[str, Pixels], reused: Mapping[str, Pixels], exposure: float
+) -> None:
+    """Fill (groups, channels, height, width). Empties ``planes``: each picture is let go once it is copied."""
+    for own, name in zip(channels, names, strict=True):
+        if name in reused:
+            np.copyto(own, reused[name])
+        else:
+            np.copyto(own, planes.pop(name)[..., : len(own)].transpose(2, 0, 1))
+            own /= np.float32(exposure)
 
 
 def under_flat_light(scene: Scene) -> Scene:
@@ -231,38 +219,3 @@ def _colorless_closure(closure: Closure) -> Closure:
     if isinstance(closure, Principled):
         return replace(closure, emission_color=_colorless(closure.emission_color))
     return closure
-
-
-def _group_light(scene: Scene, group: str) -> Spectrum | None:
-    """The one spectrum that everything of a group shines with, as bright as its color; None where they differ."""
-    paints: list[Any] = [light.color for light in scene.lights if light.group == group]
-    if scene.world.group == group and not scene.world.is_black:
-        paints.append(scene.world.color)
-    paints += _glowing_paints(scene, group)
-    # what varies from place to place was recorded as a filter of the light: by itself it tints white
-    spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
-    if not spectra:
-        return None
-    first = spectra[0]
-    same = all(s.grid.same_as(first.grid) and np.allclose(s.values, first.values) for s in spectra[1:])
-    return first if same else None
-
-
-def _glowing_materials(scene: Scene) -> set[str]:
-    return {material.name for material in scene.materials if _emitted(material)}
-
-
-def _glowing_paints(scene: Scene, group: str) -> list[Any]:
-    """What the glowing objects of a group shine with."""
-    assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
-    return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]
-
-
-def _emitted(material: Material) -> list[Any]:
-    found: list[Any] = []
-    for closure in leaves(material.surface):
-        if isinstance(closure, Emission):
-            found.append(closure.color)
-        if isinstance(closure, Principled) and closure.emission_strength != 0:
-            found.append(closure.emission_color)
-    return found

@@ -317,7 +317,20 @@ class Explorer {
     click("live-refine", () => this.serve("refine", {}));
     click("live-render", () => this.serve("render", {}));
     click("live-derive", () => this.serve("derive", { name: input("live-name").value, expression: input("live-expression").value }));
+    click("live-distance", () => this.distance());
     click("live-apply", () => this.serve("apply", { key: this.table.keys[state.compare.at(-1) ?? 0] }));
+  }
+
+  /** Ask for the distances of all rows to the point that was picked last. */
+  distance() {
+    const picked = this.state.compare.at(-1);
+    const words = input("live-weights").value.trim().split(/[\s,]+/).filter((word) => word);
+    const weights = Object.fromEntries(words.map((word) => {
+      const [name, number] = word.split("=");
+      return [name, number === undefined || number === "" ? 1 : Number(number)];
+    }));
+    if (picked === undefined) element("status").textContent = "Click a point first; distances are measured from it.";
+    else this.serve("distance", { key: this.table.keys[picked], weights, p: Number(input("live-norm").value), name: "distance" });
   }
 
   clear() {

@@ -52,7 +52,9 @@ def register(mi: Any, dr: Any) -> None:
             """Sum of all weights."""
             result = mi.Float(0.0)
             for k in range(len(self.children)):
-                (result,) = self.over_rows(k, (result,), lambda so_far, k=k: (so_far + self.amount(k, si, active),), active)
+                (result,) = self.over_rows(
+                    k, (result,), lambda so_far, k=k: (so_far + self.amount(k, si, active),), active
+                )
             return result
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.plugins.paints.ray_marks import read_mark
-from spectral_core.render.plugins.paints.tables import ROW, SceneTables, attribute_name
+from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
 from spectral_core.scene.shading import Instruction, Program, step
 
 BUMP_STEP = 3e-4
@@ -123,6 +123,9 @@ class DrJit:
         if name == "generated" or name.startswith("attribute"):
             vector = self._attribute(name, shift)
             return vector[0] if name.startswith("attribute_alpha") else vector
+        if name.startswith("object_attribute:"):
+            column = self.tables.attributes.get(name)
+            return (self.mi.Float(0.0),) * 3 if column is None else tuple(self._row(column + k) for k in range(3))
         if name.startswith("object_"):
             return self._object(name)
         if name.startswith("ray:"):
@@ -212,7 +215,7 @@ class DrJit:
             instance = self._number_of(self.si.instance)
             number = dr.select(instance != 0, instance, self._number_of(self.si.shape))
             last = dr.opaque(mi.UInt32, max(self.tables.rows, default=0))
-            self._read["row", 0] = dr.select(number <= last, number, 0) * ROW
+            self._read["row", 0] = dr.select(number <= last, number, 0) * self.tables.row_size
         return dr.gather(mi.Float, self.tables.buffer(), self._read["row", 0] + column, self.active)
 
     def _object(self, name: str) -> Any:

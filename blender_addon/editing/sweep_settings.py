@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a sweep may vary in a .blend file, by full data paths: numbers, switches, and choices from a list."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from spectral_core.errors import InvalidInputError
+
+from .board.paths import Number, block_at, place_in
+
+SWITCH = ("off", "on")
+"""The values of a switch; a document may also say 0 and 1."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A property that a sweep sets. ``choices``: its values where it is no number, as a table shows them."""
+
+    path: str
+    place: Number
+    choices: tuple[str, ...] = ()
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it is a whole number."""
+        return not self.choices and isinstance(self.place.element(), int)
+
+    def checked(self, value: Any) -> Any:
+        """The value as the property takes it. Raises InvalidInputError for one that it cannot hold."""
+        if not self.choices:
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
+                return float(value)
+            raise InvalidInputError(f"{self.path} is a number; it cannot be {value!r}")
+        if self.choices == SWITCH and value in (0, 1, "0", "1", "false", "true"):
+            return value in (1, "1", "true")
+        if value not in self.choices:
+            raise InvalidInputError(f"{self.path} cannot be {value!r}; it offers {', '.join(self.choices)}")
+        return value == "on" if self.choices == SWITCH else value
+
+    def write(self, value: Any) -> None:
+        """Set it. Raises InvalidInputError for a value that it cannot hold."""
+        given, place = self.checked(value), self.place
+        if not self.choices:
+            place.write(given)
+            return
+        try:
+            if place.index is not None:
+                values = place.owner[place.name] if place.is_custom else getattr(place.owner, place.name)
+                values[place.index] = given
+            elif place.is_custom:
+                place.owner[place.name] = given
+                place.owner.id_data.update_tag()
+            else:
+                setattr(place.owner, place.name, given)
+        except (TypeError, AttributeError) as error:
+            raise InvalidInputError(f"{self.path} cannot be set to {value!r}: {error}") from error
+
+    def require_taken(self, depsgraph: Any, value: Any) -> None:
+        """Raise InvalidInputError where the evaluated file does not have the value that was set.
+
+        Keyframes, drivers and constraints win over what is set, and a property may have limits.
+        """
+        block, rest = block_at(self.path)
+        seen = place_in(block.evaluated_get(depsgraph), rest)
+        if seen is None:
+            return
+        wanted, found = self.checked(value), seen.element()
+        if self.is_whole:
+            wanted = round(wanted)
+        same = abs(wanted - found) <= 1e-6 * max(1.0, abs(wanted)) if isinstance(found, float) else wanted == found
+        if not same:
+            raise InvalidInputError(
+                f"{self.path} was set to {value!r}, but keyframes, a driver, a constraint or its limits make it "
+                f"{found!r}; remove them, sweep what drives it, or narrow its range"
+            )
+
+    def keyframe(self, frame: int) -> None:
+        """Insert a keyframe of the present value. Raises InvalidInputError where the property cannot be animated."""
+        place = self.place
+        path = f'["{bpy.utils.escape_identifier(place.name)}"]' if place.is_custom else place.name
+        try:
+            place.owner.keyframe_insert(path, index=-1 if place.index is None else place.index, frame=frame)
+        except (TypeError, RuntimeError) as error:
+            raise InvalidInputError(f"{self.path} cannot be animated: {error}") from error
+
+
+def setting_at(path: str) -> Setting:
+    """The setting of a full data path. Raises InvalidInputError where nothing is there that a sweep can vary."""
+    block, rest = block_at(path)
+    place = place_in(block, rest)
+    element = None if place is None else place.element()
+    if place is not None and isinstance(element, bool):
+        return Setting(path, place, SWITCH)
+    if place is not None and isinstance(element, (int, float)):
+        return Setting(path, place)
+    if place is not None and isinstance(element, str) and not place.is_custom:
+        known = place.owner.bl_rna.properties[place.name]
+        offered = tuple(item.identifier for item in known.enum_items) if known.type == "ENUM" else ()
+        if len(offered) > 1:
+            return Setting(path, place, offered)
+        if known.type == "ENUM":
+            raise InvalidInputError(f"{path!r} offers values that depend on the file, which a sweep cannot list")
+    raise InvalidInputError(
+        f"{path!r} is nothing that a sweep can vary; expected a number, one component of a vector or color, a switch, "
+        "or a choice from a list"
+    )

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A spectral texture is designed in a process of its own; Blender stays free and shows how far it is."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.types import Image, PropertyGroup, Scene
+
+from spectral_core import child
+from spectral_core.documents import write_document
+from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.palette.texture.project import document_of
+from spectral_core.render.process.renderer import find_python
+from spectral_core.spectra.color import display_rgb_from_linear
+
+from ..translate.texture_project import project_of, report_lines
+
+POLL_S = 0.25
+DOCUMENT = "texture.toml"
+_job: Job | None = None
+
+
+class Job:
+    """The process, its output so far, and the scene that waits for it."""
+
+    def __init__(self, scene: Scene, document: Path, folder: Path) -> None:
+        self.scene, self.folder = scene.name, folder
+        self.log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        command = child.command(
+            find_python(), "spectral_core.cli", "texture", str(document), "--out", str(folder), "--progress"
+        )
+        self.process = subprocess.Popen(
+            command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=child.environment()
+        )
+
+    def words(self) -> list[str]:
+        """Lines of output so far."""
+        self.log.seek(0)
+        return [line for line in self.log.read().decode("utf-8", "replace").splitlines() if line.strip()]
+
+    def end(self) -> None:
+        """End the process; no file is left half written."""
+        if self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        self.log.close()
+
+
+def running() -> bool:
+    """Whether a texture is being designed."""
+    return _job is not None
+
+
+def folder_of(design: PropertyGroup) -> Path:
+    """Where the files are written: beside the .blend, or in a temporary folder where it was never saved."""
+    if design.folder.startswith("//") and not bpy.data.filepath:
+        return Path(bpy.app.tempdir or tempfile.gettempdir()) / "spectral_texture"
+    return Path(bpy.path.abspath(design.folder))
+
+
+def start(scene: Scene) -> None:
+    """Begin to design. Raises InvalidInputError where something is missing, or a design is on its way."""
+    global _job
+    if _job is not None:
+        raise InvalidInputError("a texture is being designed; wait for it or cancel it")
+    design = scene.spectral.texture
+    folder = folder_of(design)
+    folder.mkdir(parents=True, exist_ok=True)
+    project = project_of(design, folder)
+    document = folder / DOCUMENT
+    write_document(document, document_of(project), comment="Made by the panel Spectral Texture in Blender.")
+    _job = Job(scene, document, folder)
+    design.status, design.progress, design.failed = "starting", 0.0, False
+
+
+def look() -> bool:
+    """Take over how far the design is; True while it is on its way."""
+    global _job
+    if _job is None:
+        return False
+    job = _job
+    code = job.process.poll()
+    scene = bpy.data.scenes.get(job.scene)
+    if scene is None:
+        cancel()
+        return False
+    design, words = scene.spectral.texture, job.words()
+    steps = [line.split(maxsplit=2) for line in words if line.startswith("progress ")]
+    if steps:
+        design.progress, design.status = float(steps[-1][1]), steps[-1][2]
+    if code is None:
+        return True
+    _job = None
+    job.log.close()
+    design.failed = code != 0
+    if code:
+        last = words[-1] if words else f"it ended with status {code}"
+        design.status = last.removeprefix("spectral-scene texture: ")
+    else:
+        _take_over(design, job.folder)
+    return False
+
+
+def _take_over(design: PropertyGroup, folder: Path) -> None:
+    figures = json.loads((folder / "report.json").read_text("utf-8"))
+    design.texture_file = str(folder / "texture.exr")
+    design.report = "\n".join(report_lines(figures))
+    design.status = ""
+    for number in (1, 2):
+        path = folder / f"lost_{number}.png"
+        has = number <= len(figures["pictures"])
+        setattr(design, f"lost_{number}", _loaded(path, f"Lost {number}") if has else None)
+    for wish, outcome in zip(design.wishes, figures.get("wishes", ()), strict=False):
+        wish.reached = display_rgb_from_linear([min(max(value, 0.0), 1.0) for value in outcome["color"]])
+        wish.outcome = f"ΔE {outcome['delta_e']:.1f}" + ("" if outcome["reachable"] else ", the nearest possible")
+
+
+def _loaded(path: Path, name: str) -> Image:
+    image = bpy.data.images.load(str(path), check_existing=True)
+    image.reload()
+    image.name = name
+    image.preview_ensure()
+    return image
+
+
+def wait() -> None:
+    """Wait for the design, without a window. Raises RenderError where it failed."""
+    scene = bpy.data.scenes.get(_job.scene) if _job is not None else None
+    while look():
+        time.sleep(0.05)
+    if scene is not None and scene.spectral.texture.failed:
+        raise RenderError(scene.spectral.texture.status)
+
+
+def cancel() -> None:
+    """End the design. Raises InvalidInputError where none is on its way."""
+    global _job
+    if _job is None:
+        raise InvalidInputError("no texture is being designed")
+    job, _job = _job, None
+    job.end()
+    scene: Any = bpy.data.scenes.get(job.scene)
+    if scene is not None:
+        scene.spectral.texture.status = "cancelled"
+
+
+def register() -> None:
+    """Nothing to add; the module holds the job."""
+
+
+def unregister() -> None:
+    """End what runs."""
+    if _job is not None:
+        cancel()

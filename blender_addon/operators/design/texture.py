@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Design a spectral texture in the background, use it on an object, give its lights to lamps."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import IntProperty
+from bpy.types import Context
+
+from spectral_core.errors import InvalidInputError
+
+from ...editing import texture_job
+from ...editing.deferred import redraw
+from ...properties.texture import NODE
+from ...translate.spectra.stored import store_spectrum
+from ..common import UNDOABLE, reporting
+
+
+class SPECTRAL_OT_texture_design(bpy.types.Operator):
+    """Find the reflectance of every texel, in the background; Blender stays free"""
+
+    bl_idname = "spectral.texture_design"
+    bl_label = "Design Texture"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        texture_job.start(context.scene)
+        if bpy.app.background:
+            texture_job.wait()
+            return
+
+        def tick() -> float | None:
+            more = texture_job.look()
+            redraw("VIEW_3D")
+            return texture_job.POLL_S if more else None
+
+        bpy.app.timers.register(tick, first_interval=texture_job.POLL_S)
+
+
+class SPECTRAL_OT_texture_cancel(bpy.types.Operator):
+    """End the design; the texture that was designed before stays"""
+
+    bl_idname = "spectral.texture_cancel"
+    bl_label = "Cancel Texture"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, _context: Context) -> None:
+        texture_job.cancel()
+
+
+class SPECTRAL_OT_texture_wish(bpy.types.Operator):
+    """Add a wish: a color of the picture that should look different under the second light"""
+
+    bl_idname = "spectral.texture_wish"
+    bl_label = "Add Wish"
+    bl_options = UNDOABLE
+    index: IntProperty(name="Remove", default=-1, description="The wish to remove; -1 adds one")
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        wishes = context.scene.spectral.texture.wishes
+        if self.index < 0:
+            wishes.add()
+        elif self.index < len(wishes):
+            wishes.remove(self.index)
+        else:
+            raise InvalidInputError(f"there is no wish {self.index}; there are {len(wishes)}, counted from 0")
+
+
+class SPECTRAL_OT_texture_material(bpy.types.Operator):
+    """Make a material with the designed texture, and give it to the selected object"""
+
+    bl_idname = "spectral.texture_material"
+    bl_label = "Make Material"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        path = _designed(context)
+        material = bpy.data.materials.new("Spectral Texture")
+        material.use_nodes = True
+        tree = material.node_tree
+        tree.nodes.clear()
+        end, shader = tree.nodes.new("ShaderNodeOutputMaterial"), tree.nodes.new("ShaderNodeBsdfDiffuse")
+        node = tree.nodes.new(NODE)
+        node.location, shader.location = (-400, 0), (-180, 0)
+        node.filepath, node.extension = path, "EXTEND"
+        tree.links.new(node.outputs[0], shader.inputs["Color"])
+        tree.links.new(shader.outputs[0], end.inputs["Surface"])
+        target = context.object
+        if target is None or target.type != "MESH":
+            self.report({"INFO"}, f"made material {material.name!r}; no mesh is selected to give it to")
+            return
+        if not len(target.data.uv_layers):
+            self.report({"WARNING"}, f"{target.name!r} has no UV map, so the texture cannot be laid on it; unwrap it")
+        if target.material_slots:
+            target.material_slots[target.active_material_index].material = material
+        else:
+            target.data.materials.append(material)
+
+
+class SPECTRAL_OT_texture_lights(bpy.types.Operator):
+    """Give the spectra of both lights to the lamps that are chosen"""
+
+    bl_idname = "spectral.texture_lights"
+    bl_label = "Give Lights to Lamps"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        from spectral_core.spectra.files import read_spectra
+
+        design = context.scene.spectral.texture
+        spectra = read_spectra(Path(_designed(context)).with_name("lights.csv"), kind="illuminant")
+        lamps = [design.lamp_1, design.lamp_2]
+        if not any(lamps):
+            raise InvalidInputError("no lamp is chosen; choose the lamps that get the first and the second light")
+        for lamp, spectrum in zip(lamps, spectra, strict=True):
+            if lamp is not None:
+                store_spectrum(lamp.spectral, spectrum)
+        self.report({"INFO"}, f"{sum(lamp is not None for lamp in lamps)} lamps have their light")
+
+
+def _designed(context: Context) -> str:
+    path = context.scene.spectral.texture.texture_file
+    if not path or not Path(bpy.path.abspath(path)).is_file():
+        raise InvalidInputError("no texture is designed yet; press Design Texture first")
+    return bpy.path.abspath(path)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        SPECTRAL_OT_texture_design,
+        SPECTRAL_OT_texture_cancel,
+        SPECTRAL_OT_texture_wish,
+        SPECTRAL_OT_texture_material,
+        SPECTRAL_OT_texture_lights,
+    )
+)

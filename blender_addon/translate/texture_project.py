@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Spectral Texture panel as a texture project of the core, its images as files, and its report as words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.types import Image, PropertyGroup
+
+from spectral_core.cli._pictures import png_bytes, write_picture
+from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import write_bytes
+from spectral_core.palette.texture.project import TextureProject, TextureSettings
+from spectral_core.palette.texture.uplift import Pin
+from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.spectra.spectrum import Illuminant
+
+from ..properties.texture_design import TEXTURE_FIELDS
+from .spectra.stored import spectrum_of
+
+READ_AS_THEY_ARE = (".png", ".jpg", ".jpeg", ".exr", ".hdr", ".bmp", ".tga")
+OBSERVERS = {"cie_1964_10deg": "CIE 1964 10°", "cie_2015_2deg": "CIE 2015 2°", "cie_2015_10deg": "CIE 2015 10°"}
+
+
+def project_of(design: PropertyGroup, folder: Path) -> TextureProject:
+    """What the panel asks for; images that are no plain files are written into ``folder``.
+
+    Raises InvalidInputError that says which picture or light is missing.
+    """
+    images = [design.first] if design.kind == "ONE" else [design.first, design.second]
+    for number, image in enumerate(images, 1):
+        if image is None:
+            raise InvalidInputError(f"picture {number} is not chosen; choose or open an image")
+    sizes = [tuple(image.size) for image in images]
+    if len(set(sizes)) > 1:
+        named = ", ".join(f"{image.name} {image.size[0]}×{image.size[1]}" for image in images)
+        raise InvalidInputError(f"the pictures differ in size: {named}; scale one of them with Image ▸ Resize")
+    given = design.kind == "ONE" or design.lights == "GIVEN"
+    lights = tuple(_light(design, number) for number in (1, 2)) if given else ()
+    values = {name: getattr(design, name) for name in TEXTURE_FIELDS}
+    if values["floor"] + values["slope"] > 1 and values["mapping"] == "least_delta_e":
+        raise InvalidInputError(
+            f"black is shown as {values['floor']:g} and contrast {values['slope']:g} is kept, together more than 1; "
+            "lower one of them"
+        )
+    if design.kind == "ONE":
+        values["spectra"] = max(values["spectra"], 8)
+    wishes = tuple(
+        Pin(linear_from_display_rgb(wish.color), linear_from_display_rgb(wish.wanted))
+        for wish in (design.wishes if design.kind == "ONE" else ())
+    )
+    files = tuple(_file_of(image, folder, number) for number, image in enumerate(images, 1))
+    return TextureProject(files, lights, wishes, TextureSettings(**values))
+
+
+def _light(design: PropertyGroup, number: int) -> Illuminant:
+    holder = getattr(design, f"light_{number}")
+    if holder.spectral.source == "NONE":
+        raise InvalidInputError(f"light {number} has no spectrum; choose a lamp by name or a file")
+    if holder.spectral.message:
+        raise InvalidInputError(f"light {number}: {holder.spectral.message}")
+    holder.spectral.kind = "ILLUMINANT"
+    found = _spectrum(holder)
+    return Illuminant(found.name, found.grid, found.values)
+
+
+def _spectrum(holder: PropertyGroup) -> Any:
+    try:
+        found = spectrum_of(holder)
+    except AttributeError as error:  # an empty spectrum names its owner, and this one has no name
+        raise InvalidInputError("a given light has an empty spectrum; choose a lamp by name or a file") from error
+    assert found is not None
+    return found
+
+
+def _file_of(image: Image, folder: Path, number: int) -> Path:
+    """A file with the picture: its own where nothing was painted, packed or re-interpreted, else one made here."""
+    path = Path(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else None
+    plain = (
+        image.source == "FILE" and not image.is_dirty and image.packed_file is None and path is not None
+        and path.is_file() and path.suffix.lower() in READ_AS_THEY_ARE
+        and (image.is_float or image.colorspace_settings.name == "sRGB")
+    )  # fmt: skip
+    if plain:
+        assert path is not None
+        return path.resolve()
+    width, height = image.size
+    if not width or not height:
+        raise InvalidInputError(f"picture {image.name!r} is empty; reload it, or choose another")
+    flat = np.empty(width * height * image.channels, dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    pixels = flat.reshape(height, width, image.channels)[::-1]
+    if image.channels == 4 and pixels[..., 3].min() < 1:
+        raise InvalidInputError(f"picture {image.name!r} is partly transparent; lay it on a background first")
+    colors = np.repeat(pixels[..., :1], 3, axis=2) if image.channels < 3 else pixels[..., :3]
+    linear = image.is_float or image.colorspace_settings.name != "sRGB"
+    if image.is_float:
+        made = folder / f"picture_{number}.exr"
+        write_picture(made, np.ascontiguousarray(colors))
+        return made
+    shown = display_rgb_from_linear(colors) if linear else colors
+    made = folder / f"picture_{number}.png"
+    write_bytes(made, png_bytes(np.round(np.clip(shown, 0, 1) * 255).astype(np.uint8)))
+    return made
+
+
+def report_lines(figures: dict[str, Any]) -> list[str]:
+    """The core's figures in words for an artist."""
+    lines = []
+    if "allowed_contrast" in figures:
+        lines.append(f"These lights let unrelated pictures have a contrast of {figures['allowed_contrast']:.2g}:1.")
+    for number, loss in enumerate(figures["pictures"], 1):
+        text = (
+            f"Picture {number}: ΔE {loss['mean_delta_e']:.2f} in the mean, {loss['p99_delta_e']:.1f} at worst percent"
+        )
+        if len(figures["pictures"]) > 1:
+            text += f"; {100 * loss['ghost']:.1f} % of the other shows"
+        lines.append(text + ".")
+    if figures["compressed_share"] > 0:
+        lines.append(f"{100 * figures['compressed_share']:.1f} % of the texels show the nearest possible color.")
+    if "white_delta_e" in figures:
+        lines.append(f"Both lights look white: ΔE {max(figures['white_delta_e']):.2f} to daylight.")
+        others = [
+            f"{OBSERVERS[each['observer']]} {each['to_daylight_delta_e']:.0f}"
+            for each in figures["whites"]
+            if each["observer"] in OBSERVERS
+        ]
+        lines.append(f"Other eyes see tinted whites, ΔE {', '.join(others)}.")
+    return lines

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that one spectral texture is made from, as a document, and the way from it to the texture.
+
+A document names pictures, lights and wishes; the panel in Blender, the command line and a script make the same one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from spectral_core.checks import require_range
+from spectral_core.documents import Schema, read_document
+from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_spectrum
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
+from spectral_core.palette.texture.pinned import design_pinned_texture
+from spectral_core.palette.texture.reach import TEXTURE_GRID, ReachableContrast, reachable_contrast
+from spectral_core.palette.texture.texture import Mapping, Picture, TextureDesign, design_texture
+from spectral_core.palette.texture.uplift import Pin, PinResult
+from spectral_core.spectra.spectrum import Illuminant
+
+FORMAT = "spectral-scene texture"
+VERSION = 1
+TEXTURE_SCHEMA = Schema("spectral_core.palette.texture", "texture.schema.json")
+DESIGNED_FLOOR, GIVEN_FLOOR = 0.02, 0.1
+"""Gray that black becomes where none is asked for: designed lights allow far more contrast than given ones."""
+_LIGHTS_SHARE, _BASIS_SHARE = 0.45, 0.75
+"""Share of the work done when the lights are known, and when the basis is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextureSettings:
+    """How a texture is made. What is None is chosen by what is asked for.
+
+    ``floor``: gray that black becomes; ``slope``: contrast kept; ``mapping``: what happens to colors that cannot be
+    reached; ``spectra``: K; ``importance``: weight of picture 1 over picture 2; ``daylight_share`` and
+    ``led_width_nm``: of designed lights.
+    """
+
+    floor: float | None = None
+    slope: float | None = None
+    mapping: Mapping = "least_delta_e"
+    spectra: int | None = None
+    importance: float = 1.0
+    daylight_share: float = 0.0
+    led_width_nm: float = 20.0
+
+    def __post_init__(self) -> None:
+        require_range("daylight_share", self.daylight_share, 0.0, 0.9)
+        require_range("led_width_nm", self.led_width_nm, 5.0, 60.0, " nm")
+        require_range("importance", self.importance, 1e-3, 1e3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextureProject:
+    """Pictures (files), lights (none: designed), wishes (of one picture), settings."""
+
+    pictures: tuple[Path, ...]
+    lights: tuple[Illuminant, ...] = ()
+    wishes: tuple[Pin, ...] = ()
+    settings: TextureSettings = TextureSettings()
+
+    def __post_init__(self) -> None:
+        if len(self.pictures) not in (1, 2):
+            raise InvalidInputError(
+                f"one surface takes one picture with wishes or two pictures; got {len(self.pictures)}"
+            )
+        if len(self.lights) not in (0, 2):
+            raise InvalidInputError(f"two pictures need two lights; got {len(self.lights)}")
+        if len(self.pictures) == 1 and not self.lights:
+            raise InvalidInputError(
+                "one picture needs two lights: the one that it is seen under, and the one that the wishes are for"
+            )
+        if len(self.pictures) == 2 and self.wishes:
+            raise InvalidInputError("wishes are for one picture; with two pictures the second says what is wished")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextureOutcome:
+    """The texture, the lights' own design where they were designed, and what became of each wish."""
+
+    design: TextureDesign
+    allowed: ReachableContrast | None
+    designed_lights: LightDesign | None = None
+    wishes: tuple[PinResult, ...] = ()
+
+
+def run_project(
+    project: TextureProject,
+    pictures: Sequence[Picture],
+    progress: Callable[[float, str], None] | None = None,
+) -> TextureOutcome:
+    """Design the texture of ``project``.
+
+    Parameters
+    ----------
+    project : what is asked for.
+    pictures : its pictures, read.
+    progress : called with the share done, from 0 to 1, and what is being done.
+
+    Raises
+    ------
+    InvalidInputError : pictures of different sizes, or what the lights, basis or wishes refuse.
+    """
+    settings = project.settings
+
+    def tell(share: float, what: str) -> None:
+        if progress is not None:
+            progress(share, what)
+
+    def texels(share: float) -> None:
+        tell(_BASIS_SHARE + (0.95 - _BASIS_SHARE) * share, "texels")
+
+    if len(pictures) == 1:
+        tell(0.0, "spectra for the wishes")
+        first, second = project.lights
+        pinned = design_pinned_texture(
+            pictures[0], first, second, project.wishes, count=settings.spectra or 8, progress=texels
+        )
+        return TextureOutcome(pinned.design, None, wishes=pinned.uplift.pins)
+    tell(0.0, "lights")
+    designed = None
+    lights = project.lights
+    floor = settings.floor
+    if lights:
+        floor = GIVEN_FLOOR if floor is None else floor
+        allowed = reachable_contrast(lights, max(floor, 0.01))
+    else:
+        designed = design_lights(led_range(settings.led_width_nm), daylight_share=settings.daylight_share)
+        lights = designed.lights
+        floor = DESIGNED_FLOOR if floor is None else floor
+        allowed = reachable_contrast(lights, designed.floor)
+    tell(_LIGHTS_SHARE, "spectra")
+    design = design_texture(
+        pictures, lights, floor=floor, slope=settings.slope, mapping=settings.mapping,
+        count=settings.spectra or (8 if project.lights else 6), importance=(settings.importance, 1.0),
+        progress=texels,
+    )  # fmt: skip
+    return TextureOutcome(design, allowed, designed)
+
+
+def read_project(path: str | Path) -> TextureProject:
+    """The texture document in a TOML or JSON file. Raises FileFormatError (file, and place in the document)."""
+    return read_document(path, project_of, "a texture")
+
+
+def project_of(document: dict[str, Any], folder: Path) -> TextureProject:
+    """The project that a document states; its files are sought in ``folder``. Raises InvalidInputError."""
+    TEXTURE_SCHEMA.require_valid(document)
+    files = SpectrumFiles(folder)
+    lights = tuple(decoded_spectrum(each, "illuminant", TEXTURE_GRID, files) for each in document.get("lights", ()))
+    wishes = [Pin(decoded_color(each["color"]), decoded_color(each["wanted"])) for each in document.get("wishes", ())]
+    return TextureProject(
+        tuple(folder / name for name in document["pictures"]),
+        tuple(Illuminant(light.name, light.grid, light.values) for light in lights),
+        tuple(wishes),
+        TextureSettings(**document.get("settings", {})),
+    )
+
+
+def document_of(project: TextureProject) -> dict[str, Any]:
+    """The project as strings, numbers, lists and tables. What is at its default is left out."""
+    plain = TextureSettings()
+    settings = {
+        each.name: getattr(project.settings, each.name)
+        for each in fields(TextureSettings)
+        if getattr(project.settings, each.name) != getattr(plain, each.name)
+    }
+    document: dict[str, Any] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "pictures": [str(path) for path in project.pictures],
+    }
+    if project.lights:
+        document["lights"] = [
+            {"name": each.name, "wavelengths_nm": each.grid.wavelengths_nm.tolist(), "values": each.values.tolist()}
+            for each in project.lights
+        ]
+    if settings:
+        document["settings"] = settings
+    if project.wishes:
+        document["wishes"] = [{"color": pin.color.tolist(), "wanted": pin.wanted.tolist()} for pin in project.wishes]
+    return document

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Realism against independence: what daylight in both designed lights, and the width of their LEDs, cost in contrast.
+
+Designing lights takes seconds, a slider must answer at once. So the cost is read from a table of designs (``python -m
+benchmarks spectral-textures --realism`` prints it anew), between its entries by bilinear interpolation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import require_range
+from spectral_core.palette.texture.reach import stimulus_matrix
+from spectral_core.spectra.color import RGB_FROM_XYZ, WHITE_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import OBSERVER_NAMES, observer, xyz_from_spectrum
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+Array = NDArray[np.float64]
+
+LED_WIDTHS_NM: Array = np.array([10.0, 20.0, 30.0, 40.0, 60.0])
+DAYLIGHT_SHARES: Array = np.array([0.0, 0.1, 0.2, 0.3, 0.5, 0.7])
+_CONTRAST: Array = np.array([
+    [20.0, 18.96, 15.59, 11.17, 5.85, 3.27],
+    [19.89, 17.39, 11.18, 8.66, 3.83, 2.25],
+    [16.76, 13.11, 8.47, 6.19, 2.92, 2.27],
+    [9.34, 7.21, 5.67, 4.28, 2.94, 1.91],
+    [3.48, 3.09, 2.70, 2.36, 1.82, 1.43],
+])  # fmt: skip
+"""Contrast that every pair of pictures keeps at floor 0.05, by LED width and share of daylight."""
+_RENDERING: Array = np.array([
+    [10.8, 6.8, 8.7, 5.0, 6.6, 4.2],
+    [11.1, 10.2, 8.9, 5.5, 8.1, 5.1],
+    [10.1, 9.3, 7.6, 7.6, 7.2, 3.2],
+    [8.9, 7.7, 7.1, 5.8, 3.8, 2.4],
+    [4.4, 4.4, 3.7, 3.2, 2.5, 1.7],
+])  # fmt: skip
+"""Mean ΔE2000 of the 24 color checker patches against D65, of the worse of both lights; it depends on the start of the
+design as well, hence not smooth."""
+
+
+@dataclass(frozen=True, slots=True)
+class RealismCost:
+    """``contrast``: about what unrelated pictures keep; ``rendering_delta_e``: how far other surfaces look off, in the
+    mean of 24 test colors, under the worse of both lights.
+    """
+
+    contrast: float
+    rendering_delta_e: float
+
+
+def realism_cost(daylight_share: float, led_width_nm: float) -> RealismCost:
+    """What two designed lights will keep. ``daylight_share``: 0 to 0.9; ``led_width_nm``: 5 to 60."""
+    share = require_range("daylight_share", daylight_share, 0.0, 0.9)
+    width = require_range("LED width", led_width_nm, 5.0, 60.0, " nm")
+    # A contrast c leaves the slope 0.05 (c - 1); between entries the slope is interpolated, beyond 70 % it goes to 0.
+    shares = np.append(DAYLIGHT_SHARES, 1.0)
+    slopes = np.column_stack([0.05 * (_CONTRAST - 1), np.zeros(len(_CONTRAST))])
+    rendering = np.column_stack([_RENDERING, np.zeros(len(_RENDERING))])
+
+    def between(table: Array) -> float:
+        along = np.array([np.interp(share, shares, row) for row in table])
+        return float(np.interp(width, LED_WIDTHS_NM, along))
+
+    return RealismCost(1 + between(slopes) / 0.05, between(rendering))
+
+
+@dataclass(frozen=True, slots=True)
+class WhiteDifference:
+    """How far two whites part for one standard observer.
+
+    ``between``: ΔE2000 between both lights; ``to_daylight``: the largest of both to D65, as this observer sees it.
+    """
+
+    observer: str
+    between: float
+    to_daylight: float
+
+
+def white_differences(lights: Sequence[Illuminant]) -> tuple[WhiteDifference, ...]:
+    """What other eyes see: lights that match for the standard observer are no match for all others."""
+    from spectral_core.spectra.catalogue import illuminant
+
+    found = []
+    for name in OBSERVER_NAMES:
+        eye = observer(name)
+
+        def white(light: Illuminant, eye: object = eye) -> Array:
+            xyz = np.asarray(xyz_from_spectrum(light.grid, eye) @ light.values)  # type: ignore[arg-type]
+            return np.asarray(xyz / xyz[1])
+
+        daylight = white(illuminant("D65"))
+        labs = [lab_from_linear_rgb(RGB_FROM_XYZ @ (white(light) / daylight * WHITE_XYZ)) for light in lights]
+        neutral = lab_from_linear_rgb(np.ones(3))
+        pairs = [float(delta_e_2000(a, b)) for k, a in enumerate(labs) for b in labs[:k]]
+        found.append(
+            WhiteDifference(name, max(pairs, default=0.0), max(float(delta_e_2000(lab, neutral)) for lab in labs))
+        )
+    return tuple(found)
+
+
+def rendering_delta_e(light: Illuminant, reflectances: Array, grid: SpectralGrid) -> float:
+    """Mean ΔE2000 of surfaces (m, n) on ``grid`` under ``light`` against D65, each relative to its own white."""
+    from spectral_core.spectra.catalogue import illuminant
+
+    labs = [lab_from_linear_rgb(reflectances @ stimulus_matrix([each], grid).T) for each in (light, illuminant("D65"))]
+    return float(np.mean(delta_e_2000(labs[0], labs[1])))

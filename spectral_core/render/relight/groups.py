@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light groups of a scene: what shines in each, with which light, and which have changed since a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
+from spectral_core.render.plan.effects import plan_effects
+from spectral_core.scene import Color, Emission, Material, Principled, Scene, World, gray, leaves, scene_hash
+from spectral_core.spectra.spectrum import Spectrum
+
+
+@dataclass(frozen=True)
+class Fingerprint:
+    """What the share of each light group depends on: its own lights, and everything else."""
+
+    rest: str
+    """Hash of all that every group's light meets: geometry, materials, camera, picture, and how light is followed."""
+    groups: dict[str, str]
+    """Hash of the lamps, and of the surroundings, of each group."""
+
+
+def fingerprint(scene: Scene, *, one_per_light: bool = False) -> Fingerprint:
+    """Fingerprint of a scene as ``record_transport`` takes it."""
+    scene = one_group_per_light(scene) if one_per_light else scene
+    dark = World(gray(0.0))
+    plan = plan_effects(scene)
+    rest = replace(scene, lights=(), world=dark, notes=())
+    own = {}
+    for name in light_groups(scene):
+        lamps = tuple(light for light in scene.lights if light.group == name)
+        own[name] = scene_hash((lamps, scene.world if scene.world.group == name else dark))
+    # the first group has the light that volumes emit themselves, see ``RenderJob``
+    order = tuple(own) if scene.volumes else ()
+    return Fingerprint(scene_hash((rest, plan.is_spectral, plan.bounces, order)), own)
+
+
+def changed_groups(before: Fingerprint, now: Fingerprint) -> tuple[str, ...] | None:
+    """Groups of ``now`` that must be recorded again; None where all must, as something else than lights changed."""
+    if before.rest != now.rest:
+        return None
+    return tuple(name for name, own in now.groups.items() if before.groups.get(name) != own)
+
+
+def light_groups(scene: Scene) -> tuple[str, ...]:
+    """Names of the light groups of everything that shines, sorted."""
+    names = {light.group for light in scene.lights}
+    if not scene.world.is_black:
+        names.add(scene.world.group)
+    glowing = _glowing_materials(scene)
+    names |= {instance.group for instance in scene.instances if glowing.intersection(instance.materials)}
+    return tuple(sorted(names))
+
+
+def one_group_per_light(scene: Scene) -> Scene:
+    """The scene with every light, glowing object and the surroundings in a group of its own name.
+
+    Things of one name stay apart: the second gets a number, as Blender gives it (``Lamp.001``).
+    """
+    taken: set[str] = set()
+
+    def own(name: str) -> str:
+        numbered = (f"{name}.{number:03d}" for number in count(1))
+        free = name if name not in taken else next(other for other in numbered if other not in taken)
+        taken.add(free)
+        return free
+
+    lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
+    glowing = _glowing_materials(scene)
+    instances = tuple(
+        replace(thing, group=own(thing.name) if glowing.intersection(thing.materials) else thing.name)
+        for thing in scene.instances
+    )
+    return replace(
+        scene,
+        lights=lights,
+        instances=instances,
+        world=replace(scene.world, group=own(scene.world.group or "World")),
+    )
+
+
+def group_light(scene: Scene, group: str) -> Spectrum | None:
+    """The one spectrum that everything of a group shines with, as bright as its color; None where they differ."""
+    paints: list[Any] = [light.color for light in scene.lights if light.group == group]
+    if scene.world.group == group and not scene.world.is_black:
+        paints.append(scene.world.color)
+    paints += _glowing_paints(scene, group)
+    # what varies from place to place was recorded as a filter of the light: by itself it tints white
+    spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
+    if not spectra:
+        return None
+    first = spectra[0]
+    same = all(s.grid.same_as(first.grid) and np.allclose(s.values, first.values) for s in spectra[1:])
+    return first if same else None
+
+
+def _glowing_materials(scene: Scene) -> set[str]:
+    return {material.name for material in scene.materials if _emitted(material)}
+
+
+def _glowing_paints(scene: Scene, group: str) -> list[Any]:
+    """What the glowing objects of a group shine with."""
+    assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
+    return [paint for material in scene.materials if material.name in assigned for paint in _emitted(material)]
+
+
+def _emitted(material: Material) -> list[Any]:
+    found: list[Any] = []
+    for closure in leaves(material.surface):
+        if isinstance(closure, Emission):
+            found.append(closure.color)
+        if isinstance(closure, Principled) and closure.emission_strength != 0:
+            found.append(closure.emission_color)
+    return found

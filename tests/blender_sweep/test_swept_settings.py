@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Switches, lists, colors and whole numbers of a .blend are swept too; pictures are shown as the file shows them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+from tests.blender_sweep.test_sweep_in_blender import HEIGHT, KEY, scene  # noqa: E402, F401 - a fixture
+
+SHAPE = 'bpy.data.lights["Key"].type'
+HIDDEN = 'bpy.data.objects["Plane"].hide_render'
+GREEN = 'bpy.data.lights["Key"].color[1]'
+SIDES = 'bpy.data.objects["Plane"].pass_index'
+
+
+def node_of(folder: Path, *parameters: Any, **options: Any) -> Any:
+    from blender_addon.editing.sweep_node import BlendNode
+    from spectral_core.explore.sweep.parameters import Space
+
+    return BlendNode.of(folder / "scene.blend", Space(parameters), samples=2, **options)
+
+
+def test_each_kind_of_setting_is_added_with_its_values(scene: Any) -> None:  # noqa: F811
+    from blender_addon.editing.sweep import parameters_of
+
+    for path in (SHAPE, HIDDEN, GREEN, SIDES):
+        assert bpy.ops.spectral.sweep_add(target=path) == {"FINISHED"}
+    kinds = {p.name: (p.kind, p.choices) for p in parameters_of(scene.spectral.sweep)}
+    assert kinds["key_type"] == ("choice", ("POINT", "SUN", "SPOT", "AREA"))
+    assert kinds["plane_hide_render"] == ("choice", ("off", "on"))
+    assert kinds["key_color_1"][0] == "real" and kinds["plane_pass_index"][0] == "integer"
+    scene.spectral.sweep.parameters[SHAPE].choices = "POINT, LASER"
+    with pytest.raises(Exception, match="cannot be 'LASER'; it offers POINT, SUN"):
+        parameters_of(scene.spectral.sweep)
+
+
+def test_a_point_sets_and_keyframes_switches_and_lists(scene: Any) -> None:  # noqa: F811
+    from blender_addon.editing.sweep_points import keyframe_path, set_point
+    from spectral_core.explore.sweep.ledger import Row
+
+    for path in (SHAPE, HIDDEN, GREEN):
+        bpy.ops.spectral.sweep_add(target=path)
+    values = {"key_type": "AREA", "plane_hide_render": "on", "key_color_1": 0.25}
+    set_point(scene, values)
+    light, plane = bpy.data.lights["Key"], bpy.data.objects["Plane"]
+    assert (light.type, plane.hide_render, light.color[1]) == ("AREA", True, pytest.approx(0.25))
+    with pytest.raises(Exception, match="does not sweep 'other'"):
+        set_point(scene, {"other": 1})
+    del values["key_type"]  # Blender does not animate the type of a light
+    rows = [Row("k", 0, {**values, "plane_hide_render": word}, "done", {}, {}, 0.0, None) for word in ("on", "off")]
+    last = keyframe_path(scene, rows, 5)
+    scene.frame_set(last)
+    assert not bpy.data.objects["Plane"].hide_render
+    scene.frame_set(last - 5)
+    assert bpy.data.objects["Plane"].hide_render
+
+
+def test_a_setting_that_keyframes_hold_is_named(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    from spectral_core.explore.sweep.parameters import Parameter
+
+    camera = bpy.data.objects["Camera"]
+    driver = camera.driver_add("location", 2).driver
+    driver.expression = "3.25"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    with pytest.raises(Exception, match=r"a driver, a constraint or its limits make it 3\.25"):
+        node_of(tmp_path, Parameter("height", 2, 4, path=HEIGHT))
+
+
+def test_swept_samples_and_size_are_not_overridden(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    from spectral_core.explore.sweep.parameters import Parameter
+
+    node = node_of(
+        tmp_path,
+        Parameter("samples", 1, 64, kind="integer", path='bpy.data.scenes["Scene"].spectral.render.samples'),
+        Parameter("size", 10, 100, kind="integer", path='bpy.data.scenes["Scene"].render.resolution_percentage'),
+        percentage=50,
+    )
+    made = node.scene({"samples": 7, "size": 25}, 0)
+    assert (made.film.samples, made.film.width, made.film.height) == (7, 8, 6)
+    assert sum("swept, so" in line for line in node.describe()) == 2
+
+
+@pytest.mark.slow
+def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    from PIL import Image
+
+    from spectral_core.explore.features.png import display_png
+    from spectral_core.explore.sweep.parameters import Parameter
+
+    parameter = Parameter("type", kind="choice", choices=("POINT", "SPOT"), path=SHAPE)
+    shown = {}
+    for view in ("Standard", "AgX"):
+        bpy.context.scene.view_settings.view_transform = view
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+        node = node_of(tmp_path, parameter)
+        outcome = node({"type": "POINT"}, 1)
+        shown[view] = (node.fingerprint, outcome)
+    assert shown["Standard"][0] != shown["AgX"][0]
+    plain, agx = shown["Standard"][1], shown["AgX"][1]
+    assert not plain.shown and np.array_equal(plain.pictures[""], agx.pictures[""])
+    # the same pixels by another way: an image of Blender's own, saved as 8-bit PNG as a render is
+    linear = agx.pictures[""][::-1]
+    height, width = linear.shape[:2]
+    image = bpy.data.images.new("check", width, height, float_buffer=True)
+    image.colorspace_settings.name = "Linear Rec.709"
+    image.pixels.foreach_set(np.dstack([linear[..., :3], np.ones((height, width))]).astype(np.float32).ravel())
+    bpy.context.scene.render.image_settings.file_format = "PNG"
+    image.save_render(str(tmp_path / "check.png"), scene=bpy.context.scene)
+    (tmp_path / "sweep.png").write_bytes(agx.shown[""])
+    (tmp_path / "srgb.png").write_bytes(display_png(plain.pictures[""]))
+    levels = {
+        name: np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB"), int)
+        for name in ("sweep", "check", "srgb")
+    }
+    assert np.abs(levels["sweep"] - levels["check"]).max() <= 1  # Blender dithers 8-bit pictures by up to a level
+    assert np.abs(levels["sweep"] - levels["srgb"]).max() > 10
+    assert KEY

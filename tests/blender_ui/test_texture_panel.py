@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel Spectral Texture, without a window: images in, texture, material, lamps and words out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+pytest.importorskip("OpenEXR")
+
+from blender_addon.translate.spectra.stored import spectrum_of
+from blender_addon.translate.texture_costs import realism_words
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.texture.file import read_texture
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
+
+SIZE = 12
+
+
+def image(bpy, name: str, seed: int):
+    made = bpy.data.images.new(name, SIZE, SIZE)
+    rng = np.random.default_rng(seed)
+    pixels = np.ones((SIZE, SIZE, 4), np.float32)
+    pixels[..., :3] = np.round(rng.uniform(0.2, 0.9, (SIZE, SIZE, 3)) * 255) / 255
+    made.pixels.foreach_set(pixels.ravel())
+    return made, pixels[::-1, :, :3]
+
+
+@pytest.fixture
+def design(blender, tmp_path):
+    panel = blender.context.scene.spectral.texture
+    panel.folder = str(tmp_path / "texture")
+    return panel
+
+
+def errors(texture, light, shown, wanted) -> float:
+    """Largest ΔE2000 of the texture's own picture to the one that was asked for."""
+    found = texture.picture(light)
+    return float(delta_e_2000(lab_from_linear_rgb(found), lab_from_linear_rgb(wanted)).max())
+
+
+@pytest.mark.slow
+def test_two_images_become_a_texture_a_material_and_lamps(blender, design) -> None:
+    bpy = blender
+    design.first, first = image(bpy, "first", 1)
+    design.second, second = image(bpy, "second", 2)
+    design.floor, design.slope = 0.05, 0.85
+    assert bpy.ops.spectral.texture_design() == {"FINISHED"}
+    assert design.status == ""
+    texture = read_texture(design.texture_file)
+    for light, wanted in zip(texture.lights, (first, second), strict=True):
+        assert errors(texture, light, None, 0.05 + 0.85 * linear_from_display_rgb(wanted)) < 0.5
+    assert "Both lights look white" in design.report
+    assert "Other eyes see tinted whites" in design.report
+    assert tuple(design.lost_1.size) == (SIZE, SIZE)
+    lamps = [bpy.data.lights.new(name, "POINT") for name in ("one", "two")]
+    design.lamp_1, design.lamp_2 = lamps
+    assert bpy.ops.spectral.texture_lights() == {"FINISHED"}
+    for lamp, light in zip(lamps, texture.lights, strict=True):
+        stored = spectrum_of(lamp)
+        np.testing.assert_allclose(stored.at(light.grid.wavelengths_nm), light.values, rtol=1e-4, atol=1e-6)
+    assert bpy.ops.spectral.texture_material() == {"FINISHED"}
+    node = next(n for n in bpy.data.materials["Spectral Texture"].node_tree.nodes if n.bl_label == "Spectral Texture")
+    assert node.message == ""
+    assert node.filepath == design.texture_file
+
+
+def test_one_image_with_a_wish_under_given_lamps(blender, design) -> None:
+    bpy = blender
+    design.kind = "ONE"
+    design.first, shown = image(bpy, "only", 3)
+    for number, name in ((1, "D65"), (2, "HP1")):
+        light = getattr(design, f"light_{number}").spectral
+        light.kind, light.source, light.catalogue_name = "ILLUMINANT", "CATALOGUE", name
+    bpy.ops.spectral.texture_wish()
+    design.wishes[0].color, design.wishes[0].wanted = (0.6, 0.3, 0.3), (0.7, 0.5, 0.2)
+    assert bpy.ops.spectral.texture_design() == {"FINISHED"}
+    texture = read_texture(design.texture_file)
+    assert errors(texture, texture.lights[0], None, linear_from_display_rgb(shown)) < 0.3
+    assert design.wishes[0].outcome.startswith("ΔE")
+    assert any(design.wishes[0].reached)
+
+
+def test_what_is_missing_is_said(blender, design) -> None:
+    bpy = blender
+    with pytest.raises(RuntimeError, match="picture 1 is not chosen"):
+        bpy.ops.spectral.texture_design()
+    design.first, _ = image(bpy, "a", 1)
+    design.second = bpy.data.images.new("b", SIZE, SIZE + 1)
+    with pytest.raises(RuntimeError, match="differ in size: a 12×12, b 12×13"):
+        bpy.ops.spectral.texture_design()
+    design.second, _ = image(bpy, "c", 2)
+    design.lights = "GIVEN"
+    with pytest.raises(RuntimeError, match="light 1 has no spectrum"):
+        bpy.ops.spectral.texture_design()
+    with pytest.raises(RuntimeError, match="no texture is designed yet"):
+        bpy.ops.spectral.texture_material()
+    with pytest.raises(RuntimeError, match="no texture is being designed"):
+        bpy.ops.spectral.texture_cancel()
+
+
+def test_realism_costs_contrast() -> None:
+    contrasts = [float(realism_words(share, 20)[0].split("about ")[1].split(":")[0]) for share in (0, 0.1, 0.3, 0.6)]
+    assert contrasts == sorted(contrasts, reverse=True)
+    assert contrasts[0] > 15
+    assert contrasts[-1] < 5
+
+
+def test_settings_and_painted_images_reach_the_project(blender, design, tmp_path) -> None:
+    from blender_addon.translate.texture_project import project_of
+    from spectral_core.render.pictures import read_picture
+
+    design.first, first = image(blender, "a", 1)
+    design.second, _ = image(blender, "b", 2)
+    design.daylight_share, design.led_width_nm, design.importance, design.spectra = 0.25, 30, 4, 7
+    design.mapping = "uniform_contrast"
+    project = project_of(design, tmp_path)
+    settings = project.settings
+    assert (settings.daylight_share, settings.led_width_nm, settings.importance) == pytest.approx((0.25, 30, 4))
+    assert (settings.spectra, settings.mapping, project.lights) == (7, "uniform_contrast", ())
+    np.testing.assert_array_equal(read_picture(project.pictures[0]), np.round(first * 255).astype(np.uint8))
+    design.mapping, design.slope, design.floor = "least_delta_e", 0.9, 0.2
+    with pytest.raises(InvalidInputError, match="together more than 1"):
+        project_of(design, tmp_path)

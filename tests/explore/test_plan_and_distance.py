@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A plan writes nothing, added points are computed alone, distances are weighted norms, far workers send files back."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks._cinema_check import problems
+from spectral_core.cli import main
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.analysis.steps import add_distance
+from spectral_core.explore.features.png import read_linear
+from spectral_core.explore.sweep.store import Store
+from spectral_core.explore.sweep.task import StoreAddress
+from tests.explore.test_sweep import opened, sweep_file
+
+
+def listing(folder: Path) -> dict[str, bytes]:
+    return {
+        str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file() and "sqlite" not in p.name
+    }
+
+
+def test_a_plan_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = sweep_file(tmp_path, budget=9)
+    assert main(["sweep", str(path), "--plan", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (said["points"], said["new"], said["reused"], said["folder"]) == (9, 9, 0, "sweep.cdb")
+    assert [p.name for p in tmp_path.iterdir()] == ["sweep.toml"]
+    assert main(["sweep", str(path)]) == 0
+    before, rows = listing(tmp_path / "sweep.cdb"), Store.open(tmp_path / "sweep").ledger.rows()
+    assert main(["sweep", str(path), "--plan", "--budget", "20", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (said["points"], said["new"], said["reused"]) == (20, 11, 9)
+    assert listing(tmp_path / "sweep.cdb") == before and Store.open(tmp_path / "sweep").ledger.rows() == rows
+    (tmp_path / "full.cdb").mkdir()
+    (tmp_path / "full.cdb" / "mine").touch()
+    assert main(["sweep", str(path), "--plan", "--out", "full"]) == 1
+    assert "no empty folder" in capsys.readouterr().err
+
+
+def test_points_that_a_page_added_are_computed_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = sweep_file(tmp_path, budget=5)
+    assert main(["sweep", str(path)]) == 0
+    with Store.open(tmp_path / "sweep") as store:
+        store.enter([{"a": 0.125, "b": 0.25}])
+    assert main(["sweep", str(path), "--pending"]) == 0
+    with Store.open(tmp_path / "sweep") as store:
+        rows = store.ledger.rows()
+    assert len(rows) == 6 and rows[-1].outcome == {"sum": 0.375, "product": 0.03125}
+
+
+@pytest.mark.parametrize("p", [1.0, 2.0, np.inf])
+def test_distances_are_weighted_norms_over_columns_and_pictures(tmp_path: Path, p: float) -> None:
+    sweep = opened(tmp_path, function="picture", budget=7)
+    sweep.run(sweep.plan(), executor=_Far(reachable=True))
+    columns = sweep.store.columns()
+    key, weights = columns["key"][3], {"a": 2.0, "mean": 0.5, "pictures": 1.5}
+    assert add_distance(sweep.store, key, weights, p) == 7
+    found = np.array(sweep.store.columns()["distance"], float)
+    a, mean = np.array(columns["a"]), np.array(columns["mean"])
+    parts = [2.0 * (a - a[3]) / np.ptp(a), 0.5 * (mean - mean[3]) / np.ptp(mean)]
+    without = np.linalg.norm(parts, p, axis=0)
+    assert found[3] == 0 and (found >= without - 1e-12).all() and (found <= without + 1.5 + 1e-12).all()
+    add_distance(sweep.store, key, {"a": 2.0, "mean": 0.5}, p, "plain")
+    assert np.allclose(sweep.store.columns()["plain"], without, atol=1e-12)
+    for wrong in ({}, {"a": -1}, {"a": "x"}, {"nothing": 1}, {"a": 0}, {"a": True}):
+        with pytest.raises(InvalidInputError):
+            add_distance(sweep.store, key, wrong, p)  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="no row has the key"):
+        add_distance(sweep.store, "none", {"a": 1})
+
+
+class _Far(Executor):
+    """Computes as another machine would: on a pickled copy, and perhaps without the folder."""
+
+    def __init__(self, *, reachable: bool) -> None:
+        self.reachable = reachable
+
+    def submit(self, work: Any, /, *arguments: Any, **_options: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        work, arguments = pickle.loads(pickle.dumps((work, arguments)))
+        if not self.reachable:
+            address = arguments[-1]
+            arguments = (*arguments[:-1], StoreAddress("/nowhere/else.cdb", address.store_id, address.linear))
+        future.set_result(pickle.loads(pickle.dumps(work(*arguments))))
+        return future
+
+
+def test_workers_that_do_not_see_the_folder_send_their_files_back(tmp_path: Path) -> None:
+    contents = []
+    for reachable in (True, False):
+        place = tmp_path / str(reachable)
+        place.mkdir()
+        sweep = opened(place, function="picture", budget=5)
+        sweep.run(sweep.plan(), executor=_Far(reachable=reachable))
+        assert problems(sweep.store.folder) == []
+        rows = sweep.store.ledger.rows("done")
+        assert len(rows) == 5 and not list((sweep.store.folder / "outcome").iterdir())
+        contents.append(
+            [(r.key, r.outcome, read_linear(sweep.store.folder / r.files["FILE_linear"]).tolist()) for r in rows]
+        )
+    assert contents[0] == contents[1]

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs inside a real Blender: settings that bpy from PyPI may not have yet are understood or named."""
+
+import importlib
+import sys
+
+import bpy
+import numpy as np
+
+addon = next(name for name in sys.modules if name.endswith("spectral_scene"))
+compat = importlib.import_module(f"{addon}.compat")
+translate_scene = importlib.import_module(f"{addon}.translate.scene").translate_scene
+programs_of = importlib.import_module("spectral_core.scene").programs_of
+
+scene = bpy.context.scene
+bpy.ops.mesh.primitive_plane_add()
+material = bpy.data.materials.new("Newer")
+bpy.context.object.data.materials.append(material)
+tree = compat.use_nodes(material)
+shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
+normal = tree.nodes.new("ShaderNodeNormalMap")
+tree.links.new(normal.outputs["Normal"], shader.inputs["Normal"])
+
+
+def translated():
+    found = translate_scene(bpy.context.evaluated_depsgraph_get())
+    return found, {note.message for note in found.notes}
+
+
+def bent(green):
+    """The normal that a texel of this green bends to, at a point that looks along z."""
+    normal.inputs["Color"].default_value = (0.5, green, 0.9, 1.0)
+    found, _ = translated()
+    surface = next(each for each in found.materials if each.name == "Newer").surface
+    axes = {"normal": (0.0, 0.0, 1.0), "tangent": (1.0, 0.0, 0.0), "bitangent": (0.0, 1.0, 0.0)}
+    (program,) = programs_of(surface)
+    place = lambda name, shift: tuple(np.full(1, each) for each in axes[name])  # noqa: E731
+    return np.ravel(program.evaluate(place, np.float64))
+
+
+if hasattr(normal, "convention"):
+    up = bent(0.75)
+    normal.convention = "DIRECTX"
+    print("CONVENTION", np.allclose(bent(0.25), up) and not np.allclose(bent(0.75), up))
+if "Thin Wall" in shader.inputs:
+    shader.inputs["Thin Wall"].default_value = True
+    print("THIN WALL", any("a thin wall is not simulated" in text for text in translated()[1]))
+if hasattr(getattr(scene.world, "cycles", None), "use_shadows"):
+    scene.world.cycles.use_shadows = False
+    print("WORLD SHADOWS", any("light of the world that casts no shadows" in text for text in translated()[1]))
+print("ALL TRIED")
