@@ -142,6 +142,16 @@ def test_plots_share_the_room_or_stay_away():
     assert side_by_side((200.0, 700.0), [(0, 1), (0, 1)], 16.0) == []
 
 
+def test_plots_stand_beside_the_dial():
+    from blender_addon.drawing.dial_shape import DISC, DialShape
+
+    shape = DialShape.in_region(1300.0, 800.0, left=60.0)
+    first, second = side_by_side((1300.0, 800.0), [(0, 1), (0, 1)], 16.0, shape.right)
+    assert first.x > shape.x + DISC * shape.unit
+    assert first.x + first.width < second.x
+    assert second.x + second.width <= 1300.0
+
+
 def test_reflectances_share_one_scale(blender):
     """A dark paint must look dark beside a bright one: the plot of a reflectance always ends at 1."""
     grid = SpectralGrid.uniform()

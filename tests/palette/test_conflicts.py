@@ -15,7 +15,7 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.conflicts import conflicting_cells
-from spectral_core.palette.design.lights import _Descent, outer_side
+from spectral_core.palette.design.lights import LightDescent, outer_side
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.presets import split_light
@@ -119,7 +119,7 @@ def test_the_gradient_of_variable_projection_is_the_slope_of_phi(seed, rng):
     if outer is None or not all(assembler.free_items(side) for side in ("reflectances", "lights")):
         pytest.skip("nothing to project")
     state = Rounds(assembler, SolveTrace()).round(initial_state(problem))
-    descent = _Descent(assembler, state, outer)
+    descent = LightDescent(assembler, state, outer)
     begin = np.concatenate([getattr(state, outer)[k] for k in assembler.free_items(outer)]) + 0.02
     step = 1e-5 * rng.normal(size=begin.size)
     _, gradient, _ = descent._phi(descent._with_lights(state, begin))

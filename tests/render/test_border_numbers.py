@@ -23,6 +23,7 @@ from spectral_core.scene import (
     Material,
     MixSurface,
     PointLight,
+    Principled,
     RenderSettings,
     ScatteringMedium,
     Scene,
@@ -145,3 +146,10 @@ def test_every_number_of_every_closure_is_refused_where_it_is_none(bad):
 def test_a_medium_refuses_what_no_medium_has(name, bad):
     with pytest.raises(InvalidInputError, match=f"ScatteringMedium {name} is {bad}; expected a value from"):
         ScatteringMedium(**{name: bad})
+
+
+@pytest.mark.parametrize("index", [0.0, -1.5, 1e6])
+def test_an_index_of_refraction_that_nothing_has_is_refused(index):
+    for make in (lambda: Glass(ior=index), lambda: Principled(ior=index), lambda: Principled(coat_ior=index)):
+        with pytest.raises(InvalidInputError, match="ior is .*; expected a value from 0.001 to 1000"):
+            make()

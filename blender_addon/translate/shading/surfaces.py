@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from spectral_core.scene import (
+    IOR,
     LARGEST,
     AddSurface,
     Computed,
@@ -154,7 +155,7 @@ def _glass(reader: Reader, output: Output) -> Surface:
 def ior(reader: Reader, place: Input | None, fallback: float) -> float:
     """Index of refraction: one number, within what a dielectric can have."""
     value = reader.number(place, fallback)
-    return min(max(value, 1e-3), 1000.0)
+    return min(max(value, IOR[0]), IOR[1])
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:

@@ -64,6 +64,17 @@ class ColorKernel:
         found[..., :-1] += known[..., 1:] * self._next[:, None]
         return np.asarray(found)
 
+    def bent(self, observers: NDArray[np.intp], forces: Array) -> Array:
+        """(m, n, n): second derivatives of force · color by both factors on the grid, for m observers and forces."""
+        n = self.grid.size
+        own = np.matmul(forces[:, None, :], self._own[observers])[:, 0]
+        beside = np.matmul(forces[:, None, :], self._next[observers])[:, 0]
+        found = np.zeros((len(forces), n * n))
+        found[:, :: n + 1] = own
+        found[:, 1 :: n + 1] = beside
+        found[:, n :: n + 1] = beside
+        return found.reshape(-1, n, n)
+
     def matrix_of(self, spectrum: Spectrum | None) -> Array:
         """Color matrix (O, 3, n) of a factor on any grid of its own; None: 1 at every wavelength."""
         return np.stack(

@@ -114,7 +114,7 @@ class Assembler:
             if cell in self._blacks:
                 conditions += [c for c in range(1, len(self.wishes.conditions)) if view.sees(cell, c)]
             for condition in conditions:
-                weight = self._weight(target.weight, target.exact, condition, cell)
+                weight = self.row_weight(target.weight, target.exact, condition, cell)
                 own = target.weight**2 / COLOR_NORM**2
                 rows.append(Row(condition, cell, target.color, None, weight, own))
         if cell in self._members:
@@ -123,12 +123,12 @@ class Assembler:
             for condition in range(len(self.wishes.conditions)):
                 column = columns.get((number, condition))
                 if column is not None:
-                    weight = self._weight(group.weights[k], group.exact[k], condition, cell)
+                    weight = self.row_weight(group.weights[k], group.exact[k], condition, cell)
                     own = group.weights[k] ** 2 / COLOR_NORM**2
                     rows.append(Row(condition, cell, None, column, weight, own))
         return rows
 
-    def _weight(self, weight: float, exact: bool, condition: int, cell: CellIndex) -> float:
+    def row_weight(self, weight: float, exact: bool, condition: int, cell: CellIndex) -> float:
         """Squared weight of a cell's rows. An exact cell is exact for the first observer; others ask for it softly."""
         if condition == 0:
             return np.inf if exact else weight**2 / COLOR_NORM**2
@@ -175,7 +175,7 @@ class Assembler:
                 if view.is_unknown(cell):
                     continue
                 color = view.colors(condition)[cell]
-                weight = self._weight(group.weights[k], group.exact[k], condition, cell)
+                weight = self.row_weight(group.weights[k], group.exact[k], condition, cell)
                 if np.isinf(weight):
                     boxes[column] = color
                     continue

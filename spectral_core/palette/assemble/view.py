@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.criteria import subspace_errors
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.assemble.wishes import Wishes
+from spectral_core.palette.assemble.wishes import Condition, Wishes
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 
 Array = NDArray[np.float64]
@@ -52,6 +52,10 @@ class View:
         self._matrices: dict[int | None, Array] = {}
         self._colors: dict[int, Array] = {}
         self._subspace: Array | None = None
+
+    def condition(self, number: int) -> Condition:
+        """The observer and variant of a condition."""
+        return self._conditions[number]
 
     def is_unknown(self, cell: CellIndex) -> bool:
         """Whether the cell's factor on this side is designed."""

@@ -16,15 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.side import Assembled, Assembler
+from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.design.fast_lights import PlainPalette
-from spectral_core.palette.design.rounds import Budget, Rounds
+from spectral_core.palette.design.projected import Projected, known
+from spectral_core.palette.design.rounds import Budget
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.quadratic import RowKey
 
 Array = NDArray[np.float64]
 
@@ -77,39 +76,7 @@ def outer_side(problem: PaletteProblem, wishes: Wishes) -> Side | None:
     return "reflectances" if all(problem.lights[j].free for _, j in exact) else None
 
 
-def designed_lights(rounds: Rounds, state: PaletteState, budget: Budget, outer: Side, *, race: bool) -> PaletteState:
-    """The state with lights and reflectances improved together until φ stalls or the budget ends.
-
-    Parameters
-    ----------
-    rounds
-        The two sides; their assembler says what is asked.
-    state
-        Where to begin.
-    budget
-        When to stop.
-    outer
-        See ``outer_side``.
-    race
-        Whether other starts than ``state`` may be tried.
-    """
-    descent = _Descent(rounds.assembler, state, outer)
-    first = descent.down(state, budget, RACE_SHARE * budget.seconds if race else np.inf)
-    best = first
-    if race and descent.assembler.color_rms(first.state) > GOOD_RMS:
-        rng = np.random.default_rng(0)
-        for _ in range(STARTS - 1):
-            if budget.spent:
-                break
-            found = descent.down(descent.scattered(state, rng), budget, RACE_SHARE * budget.seconds)
-            best = found if found.objective < best.objective else best
-    if not budget.spent and race:
-        best = descent.down(best.state, budget, np.inf)
-    rounds.trace.rounds += descent.evaluations
-    return best.state
-
-
-class _Descent:
+class LightDescent:
     """L-BFGS-B on φ."""
 
     def __init__(self, assembler: Assembler, state: PaletteState, outer: Side) -> None:
@@ -117,14 +84,38 @@ class _Descent:
         self.evaluations = 0
         self._outer = outer
         self._items = assembler.free_items(outer)
-        values = [_known(getattr(state, outer)[j]) for j in self._items]
+        values = [known(getattr(state, outer)[j]) for j in self._items]
         self._ends = np.cumsum([each.size for each in values])[:-1]
         # Lights have any unit; L-BFGS-B's first step wants numbers near 1.
         self._unit = max(float(np.mean(np.abs(np.concatenate(values)))), 1e-12)
         perceptual = assembler.problem.match == "perceptual"
         plain = PlainPalette.of(assembler, perceptual=perceptual) if outer == "lights" else None
         self._phi: Callable[[PaletteState], tuple[float, Array, PaletteState]]
-        self._phi = plain.objective if plain is not None else _Projected(assembler, outer).objective
+        self._phi = plain.objective if plain is not None else Projected(assembler, outer).objective
+        self.plain = plain is not None
+        """Whether φ takes a fraction of a millisecond."""
+
+    def raced(self, state: PaletteState, budget: Budget, share: float) -> PaletteState:
+        """The best state after a short race of several starts, of which the best goes on until a share of the budget.
+
+        There is no race where ``state`` meets the colors soon.
+        """
+        end = (1.0 - share) * budget.seconds
+        best = self.down(state, budget, RACE_SHARE * budget.seconds)
+        if self.assembler.color_rms(best.state) > GOOD_RMS:
+            rng = np.random.default_rng(0)
+            for _ in range(STARTS - 1):
+                if budget.left <= end:
+                    break
+                found = self.down(self.scattered(state, rng), budget, RACE_SHARE * budget.seconds)
+                best = found if found.objective < best.objective else best
+        if budget.left > end:
+            best = self.down(best.state, budget, budget.left - end)
+        return best.state
+
+    def solved(self, state: PaletteState) -> PaletteState:
+        """The state with the best inner side for its outer one."""
+        return self._phi(state)[2]
 
     def down(self, state: PaletteState, budget: Budget, seconds: float) -> _Found:
         """Descend from a state for some seconds of the budget."""
@@ -148,7 +139,7 @@ class _Descent:
 
         problem = self.assembler.problem
         low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
-        begin = np.concatenate([_known(getattr(state, self._outer)[j]) for j in self._items]) / self._unit
+        begin = np.concatenate([known(getattr(state, self._outer)[j]) for j in self._items]) / self._unit
         limits = [(low / self._unit, high / self._unit)] * begin.size
         options = {
             "maxcor": MEMORY,
@@ -170,74 +161,6 @@ class _Descent:
         low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
         values = {}
         for j in self._items:
-            old = _known(getattr(state, self._outer)[j])
+            old = known(getattr(state, self._outer)[j])
             values[j] = np.clip(2.0 * np.mean(np.abs(old)) * rng.uniform(size=old.size), low, high)
         return state.with_values(self._outer, values)
-
-
-class _Projected:
-    """φ of any palette, by the engine."""
-
-    def __init__(self, assembler: Assembler, outer: Side) -> None:
-        self._assembler = assembler
-        self._outer: Side = outer
-        self._inner: Side = "reflectances" if outer == "lights" else "lights"
-        self._engine = Engine()
-
-    def objective(self, state: PaletteState) -> tuple[float, Array, PaletteState]:
-        """φ, its gradient by the outer side, and the state with the best inner side."""
-        multipliers: dict[RowKey, Array] = {}
-        perceptual = self._assembler.problem.match == "perceptual"
-        inner = self._assembler.assembled(self._inner, state, perceptual=perceptual)
-        answer = self._engine.solve(inner.quadratic)
-        state = state.with_values(self._inner, dict(zip(inner.items, answer.values, strict=True)))
-        common = dict(zip(inner.group_conditions, answer.colors, strict=True))
-        for block, force in zip(inner.quadratic.blocks, answer.forces, strict=True):
-            for r, key in enumerate(block.keys):
-                if np.isinf(block.weights[3 * r]):
-                    multipliers[key] = force[3 * r : 3 * r + 3]
-        outer = self._assembler.assembled(self._outer, state, perceptual=perceptual)
-        quadratic = outer.quadratic
-        values = [_known(getattr(state, self._outer)[j]) for j in outer.items]
-        colors = quadratic.best_colors(values)
-        for number, column in enumerate(outer.group_conditions):
-            colors[number] = common.get(column, colors[number])
-        x = quadratic.joined(colors, values)
-        # An exact cell pulls at its outer factor with the multiplier that it has on the inner side.
-        exact = [
-            np.concatenate([multipliers[key] for r, key in enumerate(block.keys) if np.isinf(block.weights[3 * r])])
-            if block.exact.any()
-            else np.zeros(0)
-            for block in quadratic.blocks
-        ]
-        gradient = quadratic.gradient(x, quadratic.forces(x, exact))[colors.size :]
-        objective = inner.quadratic.objective(inner.quadratic.joined(answer.colors, answer.values))
-        return objective + self._beside(inner, outer, x), gradient, state
-
-    def _beside(self, inner: Assembled, outer: Assembled, x: Array) -> float:
-        """What the outer side adds to the inner side's objective: its roughness, and rows that the inner one lacks.
-
-        Those are targets on given inner factors, and groups in which no inner factor is designed.
-        """
-        colors, values = outer.quadratic.split(x)
-        axis = 0 if self._inner == "reflectances" else 1
-        own = {n for n, key in enumerate(outer.group_conditions) if key not in inner.group_conditions}
-        total = 0.0
-        for block, value in zip(outer.quadratic.blocks, values, strict=True):
-            total += 0.5 * float(value @ (block.gram @ value))
-            squares = block.soft_weights * block.misses(value, colors.ravel()) ** 2
-            for r, (_, cell) in enumerate(block.keys):
-                rows = slice(3 * r, 3 * r + 3)
-                columns = np.flatnonzero(block.ties[rows].any(axis=0)) // 3
-                lacking = columns[0] in own if columns.size else cell[axis] not in inner.items
-                total += 0.5 * float(squares[rows].sum()) if lacking else 0.0
-        quadratic = outer.quadratic
-        left = quadratic.known_weights * (quadratic.known_targets + quadratic.known_ties @ colors.ravel()) ** 2
-        for number in own:
-            total += 0.5 * float(left[quadratic.known_ties[:, 3 * number : 3 * number + 3].any(axis=1)].sum())
-        return total
-
-
-def _known(values: Array | None) -> Array:
-    assert values is not None  # of a designed spectrum
-    return values

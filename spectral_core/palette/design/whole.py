@@ -9,8 +9,8 @@ import numpy as np
 
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.design.lights import designed_lights, outer_side
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
+from spectral_core.palette.design.together import improved
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
 
@@ -43,11 +43,10 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     both = len(rounds.sides) == 2
     # A single side is one convex problem; in CIELAB a few rounds settle what its metric is taken at.
     most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
-    outer = outer_side(problem, rounds.assembler.wishes) if both else None
     for number in range(1, most + 1):
         metric = perceptual and number > (LEAD if both else 1)
-        if number > LEAD and outer is not None:
-            state = designed_lights(rounds, state, budget, outer, race=race and number == LEAD + 1)
+        if both and number > LEAD:
+            state = improved(rounds, state, budget, perceptual=metric, race=race and number == LEAD + 1)
         state = rounds.round(state, perceptual=metric)
         if both and budget.spent:
             break

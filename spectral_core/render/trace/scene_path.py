@@ -19,11 +19,12 @@ from spectral_core.scene import Rays
 
 def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules) -> Any:
     """The integrator under the active variant."""
-    return _integrator_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
+    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
 
 
 @cache
-def _integrator_class(variant: str) -> Any:
+def scene_path_class(variant: str) -> Any:
+    """The integrator's class under ``variant``, which must be the active one; the plan's pilot extends it."""
     import drjit as dr
     import mitsuba as mi
 
@@ -79,6 +80,8 @@ def _integrator_class(variant: str) -> Any:
 
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
+
+        State = PathState
 
         def __init__(self, settings: PathSettings, tables: Tables) -> None:
             super().__init__(mi.Properties())

@@ -17,6 +17,9 @@ def register(mi: Any, dr: Any) -> None:
     class BlenderPoint(mi.Emitter):
         """A point: ``intensity``, ``center``; its ``shaping`` is set after it is made."""
 
+        NOT_IN_KERNELS = ("place",)
+        """Attributes that kernels do not read, so that a live view may change them."""
+
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.m_flags = mi.EmitterFlags.DeltaPosition

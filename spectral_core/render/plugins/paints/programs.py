@@ -202,7 +202,7 @@ class DrJit:
     def _window(self) -> Any:
         mi = self.mi
         x, y, z = self.transform(self._tuple(self.si.p), "POINT", "CAMERA", False)
-        width, height, shift_x, shift_y, perspective = (self.tables.number(v) for v in self.tables.window)
+        width, height, shift_x, shift_y, perspective = self.tables.camera_window()
         depth = self.dr.select(perspective > 0.5, self.dr.maximum(z, 1e-9), 1.0)
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, mi.Float(0.0)
 
@@ -238,9 +238,7 @@ class DrJit:
         return [[self._row(start + 4 * i + j) for j in range(4)] for i in range(3)]
 
     def _camera_rows(self, inverse: bool) -> list[list[Any]]:
-        matrix = np.asarray(self.tables.camera_from_world)
-        matrix = np.linalg.pinv(matrix) if inverse else matrix
-        return [[self.tables.number(matrix[i, j]) for j in range(4)] for i in range(3)]
+        return self.tables.camera_matrix(inverse)
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,13 +256,26 @@ class LoadedProgram:
         rows = program.programs if isinstance(program, RowsOfPrograms) else (program,)
         self.cursor = program.cursor if isinstance(program, RowsOfPrograms) else None
         self.tables, self.program = tables, rows[0]
-        values = [value for row in rows for instruction in row.instructions for value in instruction.values]
-        self.numbers = tables.mi.Float(np.array(values or [0.0], dtype=np.float32))
+        values = [float(value) for row in rows for instruction in row.instructions for value in instruction.values]
+        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        self.numbers = tables.mi.Float(values or [0.0])
         self.offsets: dict[int, int] = {}
         self.stride = 0
         for place, instruction in enumerate(self.program.instructions):
             self.offsets[place] = self.stride
             self.stride += len(instruction.values)
+
+    def can_take(self, other: LoadedProgram) -> bool:
+        """Whether one kernel runs both."""
+        alike = self.tables is other.tables and self.program.shape == other.program.shape
+        return alike and len(self.numbers) == len(other.numbers) and (self.cursor is None) == (other.cursor is None)
+
+    def take(self, other: LoadedProgram) -> None:
+        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
+        for mine, given in zip(self.program.instructions, other.program.instructions, strict=True):
+            if mine.data is not None and mine.data is not given.data:
+                self.tables.replace(mine.data, given.data)
+        self.program, self.numbers = other.program, other.numbers
 
     def __call__(self, si: Any, active: Any) -> Any:
         """Value at a hit point: one number or three."""

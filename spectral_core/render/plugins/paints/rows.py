@@ -44,7 +44,7 @@ def row_classes(variant: str) -> tuple[Any, Any]:
 
         def __init__(self, rows: Rows) -> None:
             super().__init__()
-            self.cursor, self.values = rows.cursor, mi.Float(np.asarray(rows.values, dtype=np.float32))
+            self.cursor, self.values = rows.cursor, mi.Float([float(value) for value in rows.values])
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
             return dr.gather(mi.Float, self.values, mi.UInt32(self.cursor.row), active)
@@ -64,7 +64,8 @@ def row_classes(variant: str) -> tuple[Any, Any]:
             table = np.asarray(rows.values, dtype=np.float32)
             if mi.is_spectral:
                 table = np.array([np.array(mi.srgb_model_fetch(mi.ScalarColor3f(row))) for row in table])
-            self.columns = [mi.Float(np.ascontiguousarray(column, dtype=np.float32)) for column in table.T]
+            # lists, not arrays: Dr.Jit would map NumPy's memory, which a recorded launch takes for another kind
+            self.columns = [mi.Float([float(value) for value in column]) for column in table.T]
 
         def row(self, active: Any) -> list[Any]:
             return [dr.gather(mi.Float, column, mi.UInt32(self.cursor.row), active) for column in self.columns]

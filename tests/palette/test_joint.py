@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights and reflectances designed together: derivatives, and whether the end is an optimum of both sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks._palette_hard_check import side_gains
+from benchmarks.palette_joint import generated_palette
+from spectral_core.palette import PaletteProblem, solve_palette
+from spectral_core.palette.assemble.side import Assembler
+from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.design.interior import joint_descent
+from spectral_core.palette.design.joint import Joint
+from spectral_core.palette.design.rounds import Rounds, SolveTrace
+
+
+def _joint(problem: PaletteProblem, rounds: int = 2) -> tuple[Joint, Assembler]:
+    assembler = Assembler(problem, compiled_wishes(problem))
+    state, each = initial_state(problem), Rounds(assembler, SolveTrace())
+    for _ in range(rounds):
+        state = each.round(state)
+    joint = Joint.of(assembler, state, perceptual=False)
+    assert joint is not None
+    return joint, assembler
+
+
+@pytest.mark.parametrize("seed", [1, 9, 14, 22])
+def test_derivatives_agree_with_differences(seed: int) -> None:
+    """Groups, exact cells, boxes, measured spectra beside designed ones."""
+    joint, _ = _joint(generated_palette(seed))
+    rng = np.random.default_rng(seed)
+    x = joint.start + 0.1 * np.abs(joint.start).mean() * rng.uniform(size=joint.start.size)
+    step = rng.normal(size=x.size)
+    total, gradient, hessian, left = joint.derivatives(x, joint.slopes(x), 100.0)
+    assert total == pytest.approx(joint.objective(x, 100.0), rel=1e-12)
+    np.testing.assert_allclose(left, joint.left(x))
+    h = 1e-6
+    ahead, behind = (joint.derivatives(x + s * step, joint.slopes(x + s * step), 100.0) for s in (h, -h))
+    assert (ahead[0] - behind[0]) / (2 * h) == pytest.approx(gradient @ step, rel=1e-6)
+    numeric = (ahead[1] - behind[1]) / (2 * h)
+    np.testing.assert_allclose(hessian @ step, numeric, atol=1e-6 * np.abs(numeric).max())
+
+
+@pytest.mark.parametrize("seed", [0, 16])
+def test_objective_is_that_of_both_sides(seed: int) -> None:
+    """The joint sum of squares is what each side's own problem says, and the roughness of the other side."""
+    problem = generated_palette(seed)
+    joint, assembler = _joint(problem)
+    state = joint.with_values(joint.start)
+    side = assembler.assembled("reflectances", state).quadratic
+    values = [each for each in state.reflectances if each is not None]
+    common = joint.start[: joint.colors].reshape(-1, 3)
+    expected = side.objective(side.joined(common[: len(side.color_lower)], values))
+    gram = assembler.roughness("lights")[1]
+    expected += sum(0.5 * float(each @ gram @ each) for each in state.lights if each is not None)
+    if all(item.free for item in problem.reflectances):
+        assert joint.objective(joint.start, 0.0) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", [3, 44, 45])
+def test_descent_ends_where_a_round_changes_nothing(seed: int) -> None:
+    """Metamers with exact cells, for which alternation and L-BFGS-B still improve after two seconds."""
+    problem = generated_palette(seed)
+    joint, assembler = _joint(problem)
+    steps = iter(range(400))
+    x = joint_descent(joint, lambda: next(steps) >= 300)
+    assert joint.objective(x, 1e5) < joint.objective(joint.start, 1e5)
+    rounds = Rounds(assembler, SolveTrace())
+    rounds.check(rounds.round(joint.with_values(x)))
+    assert rounds.trace.settled
+
+
+@pytest.mark.parametrize("seed", [3, 14, 29])
+def test_solved_palettes_are_optimal_for_clarabel(seed: int) -> None:
+    """Re-solving either side alone, by another statement and another solver, gains less than a millionth."""
+    solution = solve_palette(generated_palette(seed), explain=False, seconds=60.0)
+    assert solution.status.trusted
+    gains = side_gains(solution)
+    assert gains.pop("exact") < 1e-6
+    assert max(gains.values()) < 1e-6
