@@ -76,7 +76,7 @@ def surroundings(
     if linked(Input(output.inputs["Volume"])) is not None:
         reader.note("a volume in the world is left out")
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    view = np.eye(4) if camera is None else flip @ np.linalg.pinv(camera.world_from_camera)
+    view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
     radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree: what images are in it is known
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)

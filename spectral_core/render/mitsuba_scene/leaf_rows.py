@@ -21,7 +21,7 @@ FEWEST = 3
 """Fewer leaves of equal build are rendered each by its own code, which is faster."""
 MOST_FACTORS = 6
 """Factors that vary over the surface, up to which a leaf's weight is worth a table."""
-LIMITS = {"ior": None, "coat_ior": None, "specular_level": None, "roughness": 0.03, "metallic": 0.5}
+LIMITS: dict[str, float | None] = {"ior": None, "coat_ior": None, "specular_level": None, "roughness": 0.03, "metallic": 0.5}
 """Numbers on whose side of a limit the code depends; None: the closures hold tables for the very number."""
 
 
@@ -49,7 +49,8 @@ def _build(weight: Weight, closure: Any) -> Any:
             return None
         limited = item.name in LIMITS and (item.name != "metallic" or getattr(closure, "normal", None) is not None)
         if limited and isinstance(value, (int, float)):
-            kind = (kind, value if LIMITS[item.name] is None else value < LIMITS[item.name])
+            limit = LIMITS[item.name]
+            kind = (kind, value if limit is None else value < limit)
         parts.append(kind)
     if len(weight.varying) > MOST_FACTORS:
         return None

@@ -37,7 +37,7 @@ def row_classes(variant: str) -> tuple[Any, Any]:
     import drjit as dr
     import mitsuba as mi
 
-    base = computed_classes(variant)[1].__mro__[1]
+    base: Any = computed_classes(variant)[1].__mro__[1]
 
     class RowNumber(base):
         """A number per row."""
