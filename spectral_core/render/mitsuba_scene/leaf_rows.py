@@ -21,7 +21,13 @@ FEWEST = 3
 """Fewer leaves of equal build are rendered each by its own code, which is faster."""
 MOST_FACTORS = 6
 """Factors that vary over the surface, up to which a leaf's weight is worth a table."""
-LIMITS: dict[str, float | None] = {"ior": None, "coat_ior": None, "specular_level": None, "roughness": 0.03, "metallic": 0.5}
+LIMITS: dict[str, float | None] = {
+    "ior": None,
+    "coat_ior": None,
+    "specular_level": None,
+    "roughness": 0.03,
+    "metallic": 0.5,
+}
 """Numbers on whose side of a limit the code depends; None: the closures hold tables for the very number."""
 
 
