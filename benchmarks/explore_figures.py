@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error against time of the renderer and of the volume march, from sweeps (thesis Fig. 1.2): tables and figures."""
+"""Thesis Figs. 1.2, 6.3 and 6.6 with scenes of our own: error of renderer and march by sweeps, dial, faders."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
+from benchmarks._explore_thesis_figures import dial_figure, simultaneity_figure
 from spectral_core.explore.analysis.pareto import pareto_front
 from spectral_core.explore.features.expression import as_column
 from spectral_core.explore.page.build import table_of_store, write_page
-from spectral_core.explore.page.static import draw_error_against_time
+from spectral_core.explore.page.static import draw_error_against_factors, draw_error_against_time
 from spectral_core.explore.sweep.document import read_sweep
 from spectral_core.explore.sweep.sweep import Sweep
 
@@ -25,7 +26,7 @@ FIGURES = {
 
 
 def run(options: Options) -> dict[str, Any]:
-    """Run both sweeps, draw them, and say how the error follows the knob."""
+    """Run both sweeps, draw them, and say how the error follows the knob; draw the dial and the faders."""
     figures: dict[str, Any] = {"holds": {}}
     for name, (time, factors, knob) in FIGURES.items():
         folder = options.out / name
@@ -35,6 +36,7 @@ def run(options: Options) -> dict[str, Any]:
         columns = sweep.store.columns()
         errors = [error for error in ("rmse", "delta_e_mean", "flip") if error in columns]
         picture = draw_error_against_time(options.out / f"{name}.png", columns, time, errors, by=factors)
+        draw_error_against_factors(options.out / f"{name}_factors.png", columns, factors, errors, color=knob)
         write_page(sweep.store.folder / "explore.html", table_of_store(sweep.store))
         knobs, error = as_column(columns[knob]), as_column(columns["rmse"])
         order = float(np.corrcoef(np.log(knobs), np.log(error))[0, 1])
@@ -47,4 +49,17 @@ def run(options: Options) -> dict[str, Any]:
         }
         figures["holds"][f"7 {name}: the error follows {knob}"] = abs(order) > 0.5
         print(f"{name}: {figures[name]}")
+    figures["light_dial"] = dial_figure(options.out / "light_dial.png", quick=options.quick)
+    figures["faders"] = simultaneity_figure(options.out / "faders.png")
+    dial, faders = figures["light_dial"], figures["faders"]
+    figures["holds"] |= {
+        "7 Fig. 6.3: at a bulb its light shines alone": dial["largest_error_at_bulbs"] < 1e-12,
+        "7 Fig. 6.3: a mixture has the mean color of its render": dial["mean_color_to_render"]
+        < (0.2 if options.quick else 0.03),
+        "7 Fig. 6.6: the scripted habits are found again": all(v for v in faders.values() if isinstance(v, bool)),
+    }
+    for name in ("light_dial", "faders"):
+        print(f"{name}: {figures[name]}")
+    for line, held in figures["holds"].items():
+        print(f"{'holds' if held else 'FAILS'}  {line}")
     return figures

@@ -97,7 +97,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}")
 
         result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
-        self._write(result.pixels, place)
+        self._write(result.pixels, place, result.header)
         return result
 
     def _should_stop(self) -> bool:
@@ -121,10 +121,15 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         shift = (self.camera_shift_x(eye), scene.camera.shift[1])
         return replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
 
-    def _write(self, pixels: NDArray[np.float32], place: _Place) -> None:
-        """Show the picture so far, in Blender's scene-linear space, alpha associated."""
+    def _write(self, pixels: NDArray[np.float32], place: _Place, header: dict[str, str] | None = None) -> None:
+        """Show the picture so far, in Blender's scene-linear space, alpha associated.
+
+        ``header``: what files with the finished picture say about it.
+        """
         height, width = pixels.shape[:2]
         result = self.begin_result(0, 0, width, height, layer=place.layer, view=place.view)
+        for name, text in (header or {}).items():
+            result.stamp_data_add_field(name, text)
         combined = result.layers[0].passes.find_by_name("Combined", place.view) if result.layers else None
         if combined is not None:
             shown = np.array(pixels, dtype=np.float32)

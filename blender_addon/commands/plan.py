@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Say which effects a render of a .blend file simulates, and why; nothing is rendered."""
+"""Say which effects a render of a .blend file simulates, why, and what the picture would lack without each."""
 
 from __future__ import annotations
 
 import argparse
 import json
 
-from spectral_core.errors import RenderCancelled, RenderError
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.scene import Scene
 
 from . import _blend
@@ -15,23 +15,39 @@ from . import _blend
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     _blend.add_scene_arguments(parser)
+    parser.add_argument("--tolerance", type=float, metavar="E", help="color error (ΔE2000) that may be given away")
+    parser.add_argument(
+        "--no-pilot", action="store_true", help="decide from the scene's data alone: no light path is traced"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the plan, an effect per line, then the notes."""
-    from spectral_core.render import plan_effects
+    from spectral_core.render import RenderProcess, plan_from_data
+    from spectral_core.render.plan.decision import table
+
+    tolerance = arguments.tolerance
+    if tolerance is not None and not tolerance >= 0:
+        raise InvalidInputError(f"--tolerance is {tolerance:g}; expected a color error (ΔE2000) of 0 or more")
 
     with _blend.chatter_to_stderr():
         _blend.open_scene(arguments)
         scene = translated_scene(arguments)
-    plan = plan_effects(scene)
+    if arguments.no_pilot:
+        plan = plan_from_data(scene, tolerance)
+    else:
+        with RenderProcess() as process:
+            plan = process.plan(scene, tolerance)
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in scene.notes)]
-    for row in plan.as_rows():
-        print(f"{row['effect']:16} {row['value']:10} {row['reason']}")
+    print(table(plan))
+    paths = f"{plan.pilot_paths} light paths" if plan.pilot_paths else "no light path"
+    print(
+        f"tolerance ΔE {plan.tolerance_delta_e:g}, given away ΔE {plan.accepted:.2g} at most; {paths} traced to decide"
+    )
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
-        print(json.dumps({"plan": plan.as_rows(), "notes": notes}))
+        print(json.dumps({"plan": plan.as_rows(), "tolerance": plan.tolerance_delta_e, "notes": notes}))
     return 0
 
 

@@ -19,22 +19,24 @@ if TYPE_CHECKING:
 def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
     """Keep the decisions of an EffectPlan so that the panel can show them."""
     settings.plan.clear()
+    settings.plan_accepted = plan.accepted
     for decision in plan.decisions:
         line = settings.plan.add()
         line.name, line.value = decision.name, decision.value
         line.reason, line.cost = decision.reason, decision.cost_if_left_out
+        line.error = -1.0 if decision.error is None else decision.error
+        line.how, line.time_share = decision.how, decision.time_share
         line.choices = "|".join(decision.choices)
         line.is_overridable = decision.overridable
         line.is_artists = decision.source == "artist"
 
 
 def _make_plan(context: Context) -> None:
-    from spectral_core.render.plan.effects import plan_effects
-
+    from .. import jobs
     from ..translate.scene import translate_scene
 
     translated = translate_scene(context.evaluated_depsgraph_get())
-    store_plan(context.scene.spectral.render, plan_effects(translated))
+    store_plan(context.scene.spectral.render, jobs.process.plan(translated))
 
 
 class SPECTRAL_OT_plan(bpy.types.Operator):

@@ -62,7 +62,12 @@ class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
         for title, lines in (("Simulated", simulated), ("Left out", omitted)):
             if lines:
                 box = layout.box()
-                box.label(text=title, icon="RADIOBUT_ON" if lines is simulated else "RADIOBUT_OFF")
+                head = box.split(factor=0.5)
+                head.label(text=title, icon="RADIOBUT_ON" if lines is simulated else "RADIOBUT_OFF")
+                if lines is omitted:
+                    given = head.row()
+                    given.alignment = "RIGHT"
+                    given.label(text=f"all ΔE {settings.plan_accepted:.2g} at most")
                 for line in lines:
                     _draw_decision(box, context, line)
 
@@ -94,6 +99,13 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
     reason.active = False
     text = f"{line.reason}; without it {line.cost}" if line.cost else line.reason
     wrapped(reason, context, f"{text[:1].upper()}{text[1:]}.", indent=60.0)
+    wrapped(reason, context, _figures(line), indent=60.0)
+
+
+def _figures(line: PropertyGroup) -> str:
+    """Error of leaving an effect out, and its share of the time."""
+    error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
+    return f"{error}, {line.time_share:.0%} of the time"
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_render_sampling, SPECTRAL_PT_render_plan))

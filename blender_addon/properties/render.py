@@ -51,6 +51,9 @@ class SpectralPlanLine(bpy.types.PropertyGroup):
     value: StringProperty()
     reason: StringProperty()
     cost: StringProperty(description="Error of the picture without it")
+    error: FloatProperty(description="Color error (ΔE2000) of the picture without it; -1 where nobody knows")
+    how: StringProperty(description="Where the error comes from: exact, bounded, measured or not known")
+    time_share: FloatProperty(subtype="FACTOR", description="Its part of the time of a render with everything on")
     choices: StringProperty(description="Possible values, separated by '|'; empty for a whole number")
     is_overridable: BoolProperty()
     is_artists: BoolProperty(description="Whether the artist decided it")
@@ -65,6 +68,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     tolerance: RENDER_FIELDS["tolerance"].declared(tag)
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)
+    plan_accepted: FloatProperty(description="Color error (ΔE2000) that the plan gives away, at most")
 
 
 CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralRender)

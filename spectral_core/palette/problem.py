@@ -16,7 +16,7 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of
@@ -79,6 +79,7 @@ class PaletteReflectance:
     spectrum: Reflectance | None = None
 
     def __post_init__(self) -> None:
+        require_text("the name of a reflectance", self.name)
         if self.spectrum is not None:
             require_kind(f"the spectrum of {self.name!r}", (self.spectrum,), Reflectance, "a Reflectance, or None")
 

@@ -11,18 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
-from spectral_core.render.mitsuba_scene import load_scene
+from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
-from spectral_core.render.mitsuba_scene.rules import Tables
+from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.units import in_working_units
-from spectral_core.render.plan.effects import EffectPlan
+from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.scene_path import scene_path
-from spectral_core.render.trace.wavelengths import Bands, plan_wavelengths
+from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
 from spectral_core.scene import Color, Note, Scene
@@ -42,12 +43,37 @@ class Measure:
     ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
     paths of the whole scene, so that they add up to it; a tuple of names renders those alone. ``sampling_lights``:
     lights whose wavelengths are drawn most often; None for the scene's own. Renders with equal seeds and equal
-    ``sampling_lights`` trace the same paths.
+    ``sampling_lights`` trace the same paths. ``movable``: objects can be moved in the loaded scene.
     """
 
     bands: Bands | None = None
     groups: bool | tuple[str, ...] = False
     sampling_lights: Sequence[Spectrum] | None = None
+    movable: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """What a job has made of its scene, for a view that stays: the active ``mitsuba``, its ``scene`` with ways to its
+    objects, what paths need (``first_hit``, ``integrator``), and the ``wavelengths`` to draw, None in RGB transport.
+    """
+
+    mitsuba: Any
+    scene: LoadedScene
+    first_hit: FirstHit
+    integrator: Any
+    wavelengths: WavelengthPlan | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TracedScene:
+    """A loaded scene for what traces it in a way of its own: ``unit``, its working units in one of the scene's."""
+
+    mitsuba: Any
+    scene: Any
+    rules: RayRules
+    first_hit: FirstHit
+    unit: float
 
 
 class RenderJob:
@@ -56,7 +82,9 @@ class RenderJob:
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan
         radius = scene_radius(scene)
-        self.scene = in_working_units(simulated_scene(scene, plan), radius)
+        simulated = simulated_scene(scene, plan)
+        self.scene = in_working_units(simulated, radius)
+        self._unit = 1.0 if self.scene is simulated else 1.0 / radius
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
         self.variant = backend.variant
         self._mitsuba = activate(backend)
@@ -69,9 +97,16 @@ class RenderJob:
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
+        self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
-            self._loaded = load_scene(self.scene, self._mitsuba, spectral=plan.is_spectral, groups=bool(measure.groups))
+            self._loaded = load_scene(
+                self.scene,
+                self._mitsuba,
+                spectral=plan.is_spectral,
+                groups=bool(measure.groups),
+                movable=measure.movable,
+            )
             self._integrators = self._load_integrators(groups=bool(measure.groups))
             own_paths = not plan.is_on("media") and not self.scene.volumes
             self._first_hit = FirstHit(
@@ -96,6 +131,12 @@ class RenderJob:
             raise RenderError(f"Mitsuba cannot load the scene: {error}") from error
         texts = backend.notes
         self._notes = tuple(Note("Renderer", text) for text in texts) + self._loaded.notes + self._loaded_notes
+
+    @property
+    def loaded(self) -> Loaded:
+        """The scene as it was loaded, with all its lights."""
+        integrator = next(iter(self._integrators.values()))
+        return Loaded(self._mitsuba, self._loaded, self._first_hit, integrator, self._wavelengths)
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
         """By light group; the same one for all but where volumes have light of their own: the first group has it."""
@@ -129,6 +170,16 @@ class RenderJob:
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
         settings = PathSettings(plan.bounces, plan.is_on("transparency"), limits, white)
         return scene_path(self._mitsuba, settings, self._loaded.rules)
+
+    def chosen_pixels(self) -> ChosenPixels:
+        """What traces pixels of one's own choice, with all lights."""
+        integrator = next(iter(self._integrators.values()))
+        view = (self.scene.camera, self.scene.film)
+        return ChosenPixels(self._mitsuba, view, self._wavelengths, self._first_hit, integrator)
+
+    def traced_scene(self) -> TracedScene:
+        """What is loaded, for the plan's pilot."""
+        return TracedScene(self._mitsuba, self._loaded.scene, self._loaded.rules, self._first_hit, self._unit)
 
     @property
     def notes(self) -> tuple[Note, ...]:

@@ -43,7 +43,7 @@ def write_spectral_exr(path: Path, result: RenderResult) -> Path:
     planes |= {spectral_channel(w): result.band_pixels[..., k] for k, w in enumerate(wavelengths)}
     # EXR's first row is the top one
     pixels = {name: np.ascontiguousarray(plane[::-1], dtype=np.float32) for name, plane in planes.items()}
-    header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT}
+    header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT, **result.header}
     write_exr(path, module.File(header, pixels))
     return path
 

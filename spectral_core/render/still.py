@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.job import Measure, RenderJob
-from spectral_core.render.plan.effects import EffectPlan, plan_effects
+from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
@@ -56,6 +56,16 @@ class RenderResult:
     group_pixels: dict[str, Pixels] = field(default_factory=dict)
     group_band_pixels: dict[str, Pixels] = field(default_factory=dict)
 
+    @property
+    def header(self) -> dict[str, str]:
+        """What a file with this picture says about it: the plan, samples, time."""
+        return {
+            **self.plan.header(),
+            "spectral.samples": str(self.samples),
+            "spectral.seconds": f"{self.seconds:.3f}",
+            "spectral.variant": self.variant,
+        }
+
 
 def render_scene(
     scene: Scene,
@@ -75,7 +85,9 @@ def render_scene(
     start = time.perf_counter()
     if bands is not None:
         scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
-    plan = plan_effects(scene)
+    # a recording serves lights of any color and strength, whatever a pilot under those of today says
+    is_recording = groups or bands is not None or sampling_lights is not None
+    plan = plan_effects(scene, pilot=not is_recording and pilot_pays(scene))
     job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples

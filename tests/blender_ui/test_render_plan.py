@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
+from blender_addon import compat
 from blender_addon.translate.settings import overrides_of
 
 
@@ -14,7 +15,9 @@ from blender_addon.translate.settings import overrides_of
 def settings(blender):
     """A cube with a camera and a lamp, and its render settings."""
     blender.ops.mesh.primitive_cube_add()
-    blender.context.object.data.materials.append(blender.data.materials.new("paint"))
+    paint = blender.data.materials.new("paint")
+    compat.use_nodes(paint).nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.6, 0.1, 0.1, 1)
+    blender.context.object.data.materials.append(paint)
     blender.ops.object.camera_add(location=(0, -5, 0), rotation=(1.5708, 0, 0))
     blender.context.scene.camera = blender.context.object
     blender.ops.object.light_add(type="POINT", location=(2, -3, 3))
@@ -35,7 +38,8 @@ def test_the_plan_is_shown_with_reasons(blender, settings):
     blender.ops.spectral.plan()
     assert line(settings, "transport").value == "spectral"
     assert lamp.name in line(settings, "transport").reason or "Point" in line(settings, "transport").reason
-    assert line(settings, "transport").cost
+    assert line(settings, "transport").cost and line(settings, "transport").error > 1
+    assert line(settings, "bounces").how == "measured" and line(settings, "bounces").value != "64"
 
 
 def test_a_decision_is_overridden_and_given_back(blender, settings):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.render import plan_effects, render_scene
+from spectral_core.render import plan_from_data, render_scene
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.scene import (
     AreaLight,
@@ -40,7 +40,7 @@ IMAGE = ImageTexture("wood", np.full((2, 2, 3), 0.5, np.float32), "linear")
 
 
 def _values(scene):
-    return {decision.name: decision.value for decision in plan_effects(scene).decisions}
+    return {decision.name: decision.value for decision in plan_from_data(scene).decisions}
 
 
 def _wearing(surface, medium=None, **changes):
@@ -59,15 +59,22 @@ def test_a_gray_plane_needs_little():
         "emissive_meshes": "off",
         "textures": "off",
         "depth_of_field": "off",
-        "bounces": "6",
+        "lamp_bodies": "off",
+        "reflective_caustics": "off",
+        "refractive_caustics": "off",
+        "diffuse_bounces": "64",
+        "glossy_bounces": "64",
+        "transmission_bounces": "64",
+        "bounces": "5",
     }
 
 
 @pytest.mark.parametrize(
     ("surface", "effect", "value"),
     [
-        (Diffuse(catalogue.reflectance("dark skin")), "transport", "spectral"),
-        (MixSurface(0.5, Diffuse(catalogue.reflectance("dark skin")), Glossy()), "transport", "spectral"),
+        (Diffuse(catalogue.reflectance("red")), "transport", "spectral"),
+        (MixSurface(0.5, Diffuse(catalogue.reflectance("red")), Glossy()), "transport", "spectral"),
+        (Diffuse(catalogue.reflectance("dark skin")), "transport", "rgb"),
         (Diffuse(IMAGE), "textures", "on"),
         (Emission(gray(1.0), 2.0), "emissive_meshes", "on"),
         (Principled(emission_strength=1.0), "emissive_meshes", "on"),
@@ -81,13 +88,13 @@ def test_a_gray_plane_needs_little():
     ],
 )
 def test_materials_decide(surface, effect, value):
-    decision = plan_effects(_wearing(surface))[effect]
+    decision = plan_from_data(_wearing(surface))[effect]
     assert decision.value == value and decision.source == "scene" and decision.reason
 
 
 def test_brighter_rooms_need_more_bounces_and_coarser_tolerance_fewer():
     def bounces(reflectance, tolerance=1.0):
-        return plan_effects(_wearing(Diffuse(gray(reflectance))), tolerance).bounces
+        return plan_from_data(_wearing(Diffuse(gray(reflectance))), tolerance).bounces
 
     assert bounces(0.2) < bounces(0.5) < bounces(0.9)
     assert bounces(0.6, 5.0) < bounces(0.6, 1.0) < bounces(0.6, 0.1)
@@ -102,24 +109,26 @@ def test_a_material_that_nothing_wears_decides_nothing():
 def test_lights_camera_and_world_decide():
     scene = _wearing(Diffuse(gray(0.5)))
     sodium = replace(LAMP, color=catalogue.illuminant("HP1"))
-    assert plan_effects(replace(scene, lights=(sodium,)))["transport"].value == "spectral"
-    assert "'lamp'" in plan_effects(replace(scene, lights=(sodium,)))["transport"].reason
-    assert plan_effects(replace(scene, world=World(gray(0.2))))["environment"].value == "constant"
-    assert plan_effects(replace(scene, world=World(IMAGE)))["environment"].value == "image"
-    assert plan_effects(replace(scene, world=World(gray(0.2), 0.0)))["environment"].value == "none"
+    assert plan_from_data(replace(scene, lights=(sodium,)))["transport"].value == "rgb"  # gray shows no spectrum
+    red = replace(scene, materials=(Material("paper", Diffuse(Color([0.6, 0.1, 0.1]))),), lights=(sodium,))
+    assert plan_from_data(red)["transport"].value == "spectral"
+    assert "'lamp'" in plan_from_data(red)["transport"].reason
+    assert plan_from_data(replace(scene, world=World(gray(0.2))))["environment"].value == "constant"
+    assert plan_from_data(replace(scene, world=World(IMAGE)))["environment"].value == "image"
+    assert plan_from_data(replace(scene, world=World(gray(0.2), 0.0)))["environment"].value == "none"
     opened = Camera(world_from_camera=scene.camera.world_from_camera, aperture_radius=0.1)
-    assert plan_effects(replace(scene, camera=opened))["depth_of_field"].value == "on"
+    assert plan_from_data(replace(scene, camera=opened))["depth_of_field"].value == "on"
     area = AreaLight(name="area", world_from_light=matrix((0, 0, 3)))
-    assert plan_effects(replace(scene, lights=(area,)))["transparency"].value == "off"
-    assert plan_effects(replace(scene, lights=(area, LAMP)))["transparency"].value == "on"
+    assert plan_from_data(replace(scene, lights=(area,)))["transparency"].value == "off"
+    assert plan_from_data(replace(scene, lights=(area, LAMP)))["transparency"].value == "on"
 
 
 def test_the_artist_overrides_and_sees_what_it_costs():
-    scene = _wearing(Diffuse(catalogue.reflectance("dark skin")))
+    scene = _wearing(Diffuse(catalogue.reflectance("red")))
     scene = replace(
         scene, settings=RenderSettings(transport="rgb", max_bounces=3, overrides=(("environment", "none"),))
     )
-    plan = plan_effects(scene)
+    plan = plan_from_data(scene)
     assert not plan.is_spectral and plan.bounces == 3
     assert plan["transport"].source == "artist" and plan["transport"].cost_if_left_out
     assert "set by the artist" in plan["transport"].reason
@@ -138,7 +147,7 @@ def test_the_artist_overrides_and_sees_what_it_costs():
 )
 def test_wrong_overrides_are_refused(overrides, error, match):
     with pytest.raises(error, match=match):
-        plan_effects(
+        plan_from_data(
             _wearing(Diffuse(), settings=None)
             if False
             else replace(_wearing(Diffuse()), settings=RenderSettings(overrides=overrides))
@@ -154,13 +163,13 @@ def test_what_is_off_is_not_in_the_simulated_scene():
     )
     off = tuple((name, "off") for name in ("emissive_meshes", "media", "depth_of_field"))
     scene = replace(scene, settings=RenderSettings(overrides=(*off, ("environment", "none"))))
-    plan = plan_effects(scene)
+    plan = plan_from_data(scene)
     left = simulated_scene(scene, plan)
     assert left.camera.aperture_radius == 0 and left.world.is_black and left.materials[0].medium is None
     surface = left.materials[0].surface
     assert surface.first.strength == 0 and surface.second.emission_strength == 0
     untouched = replace(scene, settings=RenderSettings())
-    assert simulated_scene(untouched, plan_effects(untouched)) is untouched
+    assert simulated_scene(untouched, plan_from_data(untouched)) is untouched
 
 
 def test_bounces_are_what_the_plan_says():
@@ -181,9 +190,10 @@ def test_bounces_are_what_the_plan_says():
 
 
 def test_the_plan_as_rows():
-    rows = plan_effects(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
-    assert len(rows) == 10
-    assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"}
+    rows = plan_from_data(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
+    assert len(rows) == 16
+    errors = {"error_if_left_out", "error_is", "error_accepted", "time_share"}
+    assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"} | errors
 
 
 def test_slots_that_no_face_shows_and_objects_that_no_ray_meets_call_for_nothing():
@@ -191,29 +201,30 @@ def test_slots_that_no_face_shows_and_objects_that_no_ray_meets_call_for_nothing
     scene = lit_plane(LAMP)
     glass = Material("glass", Glass())
     floor = scene.instances[0]
-    matt = plan_effects(scene).bounces
+    matt = plan_from_data(scene).bounces
     with_slot = replace(
         scene,
         materials=(*scene.materials, glass),
         instances=(replace(floor, materials=(*floor.materials, "glass")),),
     )
-    assert plan_effects(with_slot).bounces == matt
+    assert plan_from_data(with_slot).bounces == matt
     hidden = replace(floor, name="hidden", materials=("glass",), hidden_from=Rays.ALL)
-    assert plan_effects(replace(with_slot, instances=(floor, hidden))).bounces == matt
+    assert plan_from_data(replace(with_slot, instances=(floor, hidden))).bounces == matt
     seen = replace(hidden, hidden_from=Rays.CAMERA)
-    assert plan_effects(replace(with_slot, instances=(floor, seen))).bounces > matt
+    assert plan_from_data(replace(with_slot, instances=(floor, seen))).bounces > matt
 
 
 def test_the_scenes_own_limit_on_bounces_holds_and_says_so():
     scene = lit_plane(LAMP)
     limited = replace(scene, settings=replace(scene.settings, scene_bounces=1))
-    assert plan_effects(limited).bounces == 1
-    assert "the scene's light paths end there" in plan_effects(limited)["bounces"].reason
-    assert plan_effects(replace(scene, settings=replace(scene.settings, scene_bounces=500))).bounces > 1
+    assert plan_from_data(limited).bounces == 1
+    assert "the scene's light paths end there" in plan_from_data(limited)["bounces"].reason
+    assert plan_from_data(replace(scene, settings=replace(scene.settings, scene_bounces=500))).bounces > 1
 
 
 def test_a_color_temperature_alone_needs_no_spectral_transport():
     warm = replace(LAMP, color=catalogue.blackbody(3000), is_planckian=True)
-    plan = lambda lamp: plan_effects(replace(lit_plane(lamp), settings=RenderSettings()))  # noqa: E731
+    red = Diffuse(Color([0.7, 0.1, 0.05]))
+    plan = lambda lamp: plan_from_data(lit_plane(lamp, surface=red, settings=RenderSettings()))  # noqa: E731
     assert not plan(warm).is_spectral
     assert plan(replace(warm, is_planckian=False)).is_spectral

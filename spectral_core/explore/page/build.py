@@ -108,18 +108,21 @@ def _packed(name: str, values: Sequence[Any], about: Mapping[str, Any]) -> dict[
     entry: dict[str, Any] = {"name": name, "role": "value", "unit": "", "group": "results", "log": False, **about}
     if column.dtype.kind == "U":
         return entry | {"kind": "text", "texts": [str(value)[:200] for value in column]}
-    return entry | {"kind": "number", "packed": _encoded(column)}
+    return entry | {"kind": "number", "packed": _encoded(column, exact=entry["role"] == "parameter")}
 
 
-def _encoded(column: NDArray[Any]) -> dict[str, Any]:
-    """32-bit floats where a reader of seven digits sees no difference, else 64-bit."""
+def _encoded(column: NDArray[Any], *, exact: bool) -> dict[str, Any]:
+    """32-bit floats where a reader of seven digits sees no difference, else 64-bit.
+
+    ``exact``: always 64-bit, so that a region drawn around points holds them.
+    """
     with np.errstate(over="ignore"):
         short = column.astype("<f4")
     known = np.isfinite(column)
     same = np.allclose(short[known].astype(float), column[known], rtol=1e-6, atol=0.0)
     low, high = (column[known].min(), column[known].max()) if known.any() else (0.0, 0.0)
     narrow = high - low < 1e-4 * max(abs(low), abs(high))
-    data = short if same and not narrow else column.astype("<f8")
+    data = short if same and not narrow and not exact else column.astype("<f8")
     return {"width": data.itemsize, "data": base64.b64encode(data.tobytes()).decode()}
 
 

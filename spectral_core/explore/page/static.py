@@ -78,12 +78,13 @@ def draw_error_against_time(
         shade, texts = _plotted(columns, factor) if factor else (np.zeros(len(seconds)), [])
         for column, error in enumerate(errors):
             plot, values = axes[row][column], _plotted(columns, error)[0]
-            drawn = plot.scatter(seconds, values, c=shade, s=12, cmap="viridis", linewidths=0)
+            norm = "linear" if texts else _norm(shade)
+            drawn = plot.scatter(seconds, values, c=shade, s=12, cmap="viridis", linewidths=0, norm=norm)
             front = pareto_front(np.stack([seconds, values], axis=1))
             order = front[np.argsort(seconds[front])]
             plot.plot(seconds[order], values[order], color="#c33", linewidth=0.8)
             plot.set_xscale("log")
-            if np.nanmin(values) > 0 and np.nanmax(values) > 8 * np.nanmin(values):
+            if _norm(values) == "log":
                 plot.set_yscale("log")
             for axis in (plot.xaxis, plot.yaxis):
                 if axis.get_scale() == "log":
@@ -100,6 +101,50 @@ def draw_error_against_time(
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return path
+
+
+def draw_error_against_factors(
+    path: Path, columns: Mapping[str, Sequence[Any]], factors: Sequence[str], errors: Sequence[str], *, color: str
+) -> Path:
+    """Write error measures against what was varied (thesis Fig. 1.2a): a row per factor, a column per measure.
+
+    Parameters
+    ----------
+    path : ends in .png, .svg or .pdf.
+    columns : the table.
+    factors : columns that were varied.
+    errors : columns of error.
+    color : the column of numbers that colors the points.
+    """
+    figure = _figure(path, 2.6 * max(len(errors), 2), 2.2 * len(factors))
+    axes = figure.subplots(len(factors), len(errors), squeeze=False)
+    shade = _plotted(columns, color)[0]
+    for row, factor in enumerate(factors):
+        across, texts = _plotted(columns, factor)
+        for column, error in enumerate(errors):
+            plot, values = axes[row][column], _plotted(columns, error)[0]
+            drawn = plot.scatter(across, values, c=shade, s=12, cmap="viridis", linewidths=0, norm=_norm(shade))
+            for axis, numbers in ((plot.xaxis, across), (plot.yaxis, values)):
+                if _norm(numbers) == "log" and not (texts and axis is plot.xaxis):
+                    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+                    _plain_log_ticks(axis)
+            if texts:
+                plot.set_xticks(range(len(texts)), texts)
+                plot.set_xlim(-0.5, len(texts) - 0.5)
+            plot.tick_params(labelsize=6)
+            plot.set_xlabel(factor, fontsize=7)
+            plot.set_ylabel(error, fontsize=7)
+    bar = figure.colorbar(drawn, ax=axes.ravel().tolist())
+    bar.set_label(color, fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished)
+    return path
+
+
+def _norm(values: Any) -> str:
+    """Log where numbers span more than a factor of eight."""
+    return "log" if np.nanmin(values) > 0 and np.nanmax(values) > 8 * np.nanmin(values) else "linear"
 
 
 def _plain_log_ticks(axis: Any) -> None:

@@ -23,12 +23,16 @@ SHARED_TRIANGLES = 20_000
 class Shapes:
     """Shapes of a scene's instances; BSDFs and media are made once per material."""
 
-    def __init__(self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> None:
-        self.context, self.parts = context, parts
+    def __init__(
+        self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
+    ) -> None:
+        self.context, self.parts, self.movable = context, parts, movable
         self.materials = {material.name: material for material in scene.materials}
-        self._bsdfs: dict[str, Any] = {}
+        self.bsdfs: dict[str, Any] = {}
         self._media: dict[str, Any] = {}
         self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
+        self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
+        """By the mesh's name the shapes of its parts in object space: material index, shape, the group it is in."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
 
     def of(self, instance: Instance) -> list[Any]:
@@ -63,10 +67,13 @@ class Shapes:
         return [medium for medium in self._media.values() if medium is not None]
 
     def _is_shared(self, instance: Instance) -> bool:
-        """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own."""
+        """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own.
+
+        Where objects are to move later each is placed so, as only then a move rebuilds no triangles.
+        """
         uses = self._uses[(instance.mesh, instance.materials)]
         triangles = sum(len(part.triangles) for part in self.parts[instance.mesh].values())
-        if uses < 2 or uses * triangles < SHARED_TRIANGLES:
+        if not self.movable and (uses < 2 or uses * triangles < SHARED_TRIANGLES):
             return False
         if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
             return False
@@ -80,7 +87,9 @@ class Shapes:
             for index, part in self.parts[instance.mesh].items():
                 shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part))
                 description[f"part_{index:05d}"] = shape
-            self._groups[key] = self.context.load(description)
+            group = self._groups[key] = self.context.load(description)
+            named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
+            self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
 
     def _material(self, instance: Instance, index: int) -> Material:
@@ -91,11 +100,11 @@ class Shapes:
 
     def _children(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
         material, context = self._material(instance, index), self.context
-        if material.name not in self._bsdfs:
-            self._bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
+        if material.name not in self.bsdfs:
+            self.bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
             if material.medium is not None:
                 self._media[material.name] = medium_object(context, material.medium, material.name)
-        children = {"bsdf": self._bsdfs[material.name]}
+        children = {"bsdf": self.bsdfs[material.name]}
         if self._media.get(material.name) is not None:
             children["interior"] = self._media[material.name]
         radiance = surface.emission(context, material.surface, material.name)

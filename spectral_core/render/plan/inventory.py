@@ -34,7 +34,7 @@ from spectral_core.scene import (
 )
 from spectral_core.spectra.spectrum import Spectrum
 
-FEWEST_DIFFUSE_BOUNCES, MOST_DIFFUSE_BOUNCES = 2, 32
+MOST_DIFFUSE_BOUNCES = 32
 
 _IMAGES = (Computed, ImageTexture, SpectralImage)
 
@@ -57,23 +57,19 @@ class Inventory:
     surfaces: int
     largest_reflectance: float
 
-    def diffuse_bounces(self, tolerance_delta_e: float) -> int:
-        """Bounces of a matt scene after which the rest is below the tolerance.
+    def diffuse_error(self, bounces: int) -> float:
+        """ΔE2000 of a matt scene cut after so many bounces, at most.
 
         What is left after n bounces is at most ρ^(n+1) / (1 - ρ) of the direct light where every path stays inside;
         half of that is taken for an ordinary room, and ΔE 1 for about 2.5 % of luminance (CIELAB at mid gray).
         """
         rho = min(self.largest_reflectance, 0.98)
-        if rho <= 0:
-            return FEWEST_DIFFUSE_BOUNCES
-        allowed = 2 * 0.025 * max(tolerance_delta_e, 1e-3) * (1 - rho)
-        bounces = int(np.ceil(np.log(allowed) / np.log(rho)))
-        return int(np.clip(bounces, FEWEST_DIFFUSE_BOUNCES, MOST_DIFFUSE_BOUNCES))
+        return 0.0 if rho <= 0 else rho ** (bounces + 1) / (1 - rho) / (2 * 0.025)
 
 
 def take_inventory(scene: Scene) -> Inventory:
     """Walk over a scene."""
-    shown = _shown_materials(scene)
+    shown, borders = shown_materials(scene), media_borders(scene)
     materials = [material for material in scene.materials if material.name in shown]
     which = lambda test: tuple(material.name for material in materials if test(material))  # noqa: E731
     spectral_lights = tuple(
@@ -88,10 +84,10 @@ def take_inventory(scene: Scene) -> Inventory:
         dispersive=which(_is_dispersive),
         media=which(lambda m: m.medium is not None),
         emissive=emissive,
-        transparent=which(_is_transparent),
+        transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),
         glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
-        images=which(lambda m: any(isinstance(p, _IMAGES) for v in _values(m) for p in _parts(v))),
+        images=which(lambda m: any(isinstance(p, _IMAGES) for v in _values(m) for p in paint_parts(v))),
         light_bodies=bodies,
         visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
@@ -100,7 +96,22 @@ def take_inventory(scene: Scene) -> Inventory:
     )
 
 
-def _shown_materials(scene: Scene) -> set[str]:
+def media_borders(scene: Scene) -> frozenset[str]:
+    """Names of materials that are nothing but the border of a medium, on objects that wear no other.
+
+    Paths through media pass them; without the medium there is no object.
+    """
+    bare = {material.name for material in scene.materials if material.surface is None and material.medium is not None}
+    mixed = {
+        name
+        for item in scene.instances
+        if not bare.issuperset(item.materials)
+        for name in bare.intersection(item.materials)
+    }
+    return frozenset(bare - mixed)
+
+
+def shown_materials(scene: Scene) -> set[str]:
     """Names of the materials that some face of some object shows to some ray."""
     slots = {mesh.name: _used_slots(mesh) for mesh in scene.meshes}
     shown: set[str] = set()
@@ -127,16 +138,17 @@ def _values(material: Material) -> Iterator[Any]:
         yield from (getattr(material.medium, name) for name in type(material.medium).__slots__)
 
 
-def _parts(paint: Any) -> Iterator[Any]:
+def paint_parts(paint: Any) -> Iterator[Any]:
+    """A paint's parts: those that it is mixed from, or itself."""
     if isinstance(paint, MixedPaint):
         for part in (paint.factor, paint.first, paint.second):
-            yield from _parts(part)
+            yield from paint_parts(part)
     else:
         yield paint
 
 
 def _has_spectrum(paint: Any) -> bool:
-    return any(isinstance(part, (Spectrum, SpectralImage)) for part in _parts(paint))
+    return any(isinstance(part, (Spectrum, SpectralImage)) for part in paint_parts(paint))
 
 
 def _is_dispersive(material: Material) -> bool:
@@ -169,13 +181,22 @@ def _is_transparent(material: Material) -> bool:
 
 def _largest_reflectance(material: Material) -> float:
     colors = [c.color for c in leaves(material.surface) if isinstance(c, (Diffuse, Translucent))]
-    sizes = [_size(part) for color in colors for part in _parts(color)]
+    sizes = [_share(part) for color in colors for part in paint_parts(color)]
     return max(sizes, default=0.0)
 
 
-def _size(paint: Any) -> float:
+def largest_size(paint: Any) -> float:
+    """Largest value of a paint in any channel or at any wavelength; of an image or a program 1."""
+    if isinstance(paint, MixedPaint):
+        return max(map(largest_size, paint_parts(paint)))
     if isinstance(paint, Color):
-        return float(np.clip(paint.linear_rgb, 0, 1).max())
+        return float(np.clip(paint.linear_rgb, 0, None).max())
     if isinstance(paint, Spectrum):
         return float(paint.values.max())
-    return 0.9 if isinstance(paint, _IMAGES) else 0.0
+    if isinstance(paint, ImageTexture) and paint.pixels.dtype != np.uint8:
+        return float(np.max(paint.pixels[..., :3], initial=0.0))
+    return 1.0 if isinstance(paint, _IMAGES) else 0.0
+
+
+def _share(paint: Any) -> float:
+    return 0.9 if isinstance(paint, _IMAGES) else min(largest_size(paint), 1.0)

@@ -6,8 +6,22 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from spectral_core.render.plan.effects import EffectPlan
-from spectral_core.scene import Emission, Glass, Material, Principled, Scene, Surface, World, map_leaves
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.inventory import media_borders
+from spectral_core.scene import (
+    Emission,
+    Glass,
+    Light,
+    LightPaths,
+    Material,
+    PointLight,
+    Principled,
+    Scene,
+    SpotLight,
+    Surface,
+    World,
+    map_leaves,
+)
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -27,7 +41,44 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     materials = tuple(_material(material, plan) for material in scene.materials)
     if any(new is not old for new, old in zip(materials, scene.materials, strict=True)):
         changes["materials"] = materials
+        emptied = media_borders(scene) if not plan.is_on("media") else frozenset()
+        if emptied:  # a fog that is left out leaves no walls behind
+            changes["instances"] = tuple(
+                item for item in scene.instances if not item.materials or not emptied.issuperset(item.materials)
+            )
+    lights = tuple(_light(light, plan) for light in scene.lights)
+    if any(new is not old for new, old in zip(lights, scene.lights, strict=True)):
+        changes["lights"] = lights
+    paths = _light_paths(scene.settings.light_paths, plan)
+    if paths != scene.settings.light_paths:
+        changes["settings"] = replace(scene.settings, light_paths=paths)
     return replace(scene, **changes) if changes else scene
+
+
+def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:
+    """Limits by kind where they end paths before the limit on all bounces does; caustics where something throws any.
+
+    Paths through media know none of them.
+    """
+    if plan.is_on("media"):
+        return paths
+    changes: dict[str, Any] = {}
+    for kind in ("diffuse", "glossy", "transmission"):
+        most = int(plan[f"{kind}_bounces"].value)
+        if most < min(plan.bounces, getattr(paths, kind)):
+            changes[kind] = most
+    for name in ("reflective_caustics", "refractive_caustics"):
+        decision = plan[name]
+        matters = decision.source == "artist" or decision.how != "exact"
+        if not decision.is_on and matters and getattr(paths, name):
+            changes[name] = False
+    return replace(paths, **changes) if changes else paths
+
+
+def _light(light: Light, plan: EffectPlan) -> Light:
+    if isinstance(light, (PointLight, SpotLight)) and light.radius > 0 and not plan.is_on("lamp_bodies"):
+        return replace(light, radius=0.0)
+    return light
 
 
 def _material(material: Material, plan: EffectPlan) -> Material:

@@ -21,7 +21,7 @@ import numpy as np
 
 from spectral_core import child, errors
 from spectral_core.errors import RenderError
-from spectral_core.render.plan.effects import EffectPlan, plan_effects
+from spectral_core.render.plan.effects import EffectPlan, plan_from_data
 from spectral_core.render.process.messages import receive, send
 from spectral_core.render.still import Progress, RenderResult
 from spectral_core.render.trace.wavelengths import Bands
@@ -46,7 +46,7 @@ class RenderProcess:
     def __init__(self, python: str | None = None) -> None:
         self._python = python
         self._lock = threading.Lock()
-        self._worker: _Worker | None = None
+        self._worker: Worker | None = None
         atexit.register(self.close)
 
     def render(
@@ -64,7 +64,7 @@ class RenderProcess:
         A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError where the
         process died or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
         """
-        plan = plan_effects(scene)  # a wrong override is an error before a process starts
+        plan = plan_from_data(scene)  # a wrong override is an error before a process starts
         options = {"bands": bands, "groups": groups, "sampling_lights": sampling_lights}
         with self._lock:
             worker = self._running()
@@ -77,15 +77,41 @@ class RenderProcess:
                     self._end()
                 raise
 
-    def _running(self) -> _Worker:
+    def plan(self, scene: Scene, tolerance: float | None = None) -> EffectPlan:
+        """``plan_effects`` with its pilot, elsewhere. Raises as it does, and RenderError where the process died."""
+        plan_from_data(scene, tolerance)
+        plan: EffectPlan = self.call("plan", scene, tolerance)
+        return plan
+
+    def call(self, name: str, *arguments: Any) -> Any:
+        """Answer of one of the worker's ``CALLS``; raises RenderError where the process died."""
+        with self._lock:
+            worker = self._running()
+            try:
+                worker.post(("call", (name, arguments)))
+                while True:
+                    message = worker.next_message(_POLL_S)
+                    if message is not None:
+                        break
+                worker.idle = True
+                kind, content = message
+                if kind == "error":
+                    raise _as_error(*content)
+                return content
+            except BaseException:
+                if not worker.idle:
+                    self._end()
+                raise
+
+    def _running(self) -> Worker:
         if self._worker is None or not self._worker.alive:
             self._end()
-            self._worker = _Worker(self._python or find_python())
+            self._worker = Worker(self._python or find_python())
         return self._worker
 
     def _follow(
         self,
-        worker: _Worker,
+        worker: Worker,
         what: tuple[Scene, EffectPlan],
         on_progress: Callable[[Progress], None] | None,
         should_stop: Callable[[], bool] | None,
@@ -135,16 +161,19 @@ class RenderProcess:
         self.close()
 
 
-class _Worker:
-    """One process, its log and the messages it has sent."""
+class Worker:
+    """One process that runs ``module``, its log and the messages it has sent.
 
-    def __init__(self, python: str) -> None:
+    Raises RenderError where it cannot be started or does not answer.
+    """
+
+    def __init__(self, python: str, module: str = "spectral_core.render.process.worker") -> None:
         self.idle = True
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
         try:
             self.process = subprocess.Popen(
-                child.command(python, "spectral_core.render.process.worker"),
+                child.command(python, module),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._log,

@@ -13,6 +13,8 @@ import queue
 import signal
 import sys
 import threading
+from collections.abc import Callable
+from functools import partial
 from typing import Any, BinaryIO
 
 from spectral_core.errors import RenderError, SpectralError
@@ -30,10 +32,15 @@ def main() -> None:
     threading.Thread(target=_listen, args=(sys.stdin.buffer, requests, stop), daemon=True).start()
     send(answers, ("ready", os.getpid()))
     while True:
-        scene, options = requests.get()
+        kind, content = requests.get()
         stop.clear()
-        _answer(answers, scene, options, stop)
-        del scene, options
+        if kind == "call":
+            _answer_with(answers, partial(call, *content))
+        else:
+            scene, options = content
+            _answer(answers, scene, options, stop)
+            del scene, options
+        del content
         gc.collect()
 
 
@@ -47,20 +54,34 @@ def _listen(stream: BinaryIO, requests: queue.SimpleQueue[Any], stop: threading.
         if kind == "stop":
             stop.set()
         else:
-            requests.put(content)
+            requests.put((kind, content))
+
+
+def call(name: str, arguments: tuple[Any, ...]) -> Any:
+    """Answer a question about a scene that is no picture: its plan."""
+    from spectral_core.render.plan.effects import plan_effects
+
+    return {"plan": plan_effects}[name](*arguments)
 
 
 def _answer(answers: BinaryIO, scene: Any, options: dict[str, Any], stop: threading.Event) -> None:
     from spectral_core.render.still import render_scene
 
-    try:
-        result = render_scene(
+    _answer_with(
+        answers,
+        lambda: render_scene(
             scene,
             on_progress=lambda progress: send(answers, ("progress", progress)),
             should_stop=stop.is_set,
             **options,
-        )
-        send(answers, ("done", result))
+        ),
+    )
+
+
+def _answer_with(answers: BinaryIO, answer: Callable[[], Any]) -> None:
+    """Send what ``answer`` returns, or the error that it raises."""
+    try:
+        send(answers, ("done", answer()))
     except SpectralError as error:
         send(answers, ("error", (type(error).__name__, str(error))))
     except (BrokenPipeError, EOFError):

@@ -43,9 +43,14 @@ class _Tile:
 
 
 class Accumulator:
-    """Running sums of a picture. One per frame and light group; ``add`` traces, ``mean`` reads."""
+    """Running sums of a picture. One per frame and light group; ``add`` traces, ``mean`` reads.
 
-    def __init__(self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None) -> None:
+    ``keep`` False makes no room for sums: for what traces pixels of its own choice.
+    """
+
+    def __init__(
+        self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None, *, keep: bool = True
+    ) -> None:
         import drjit
 
         self._mi, self._dr = mitsuba, drjit
@@ -56,7 +61,7 @@ class Accumulator:
         if wavelengths is not None:
             self._spectral_tables(wavelengths)
         width, height = film.size
-        pixels = width * height
+        pixels = width * height if keep else 0
         self._tiles = [
             self._new_tile(first, min(TILE_PIXELS, pixels - first)) for first in range(0, pixels, TILE_PIXELS)
         ]
@@ -123,14 +128,13 @@ class Accumulator:
 
     def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
-        pixel = dr.arange(mi.UInt32, tile.count) + dr.opaque(mi.UInt32, tile.first)
+        pixel = self._pixels(tile)
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         width = dr.opaque(mi.UInt32, self.film.size[0])
         corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
         seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
-        first = dr.opaque(mi.UInt32, self.samples)
-        total = dr.opaque(mi.UInt32, self.samples + samples)
+        first, total = self._span(samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
 
         def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
@@ -154,6 +158,15 @@ class Accumulator:
         )
         dr.eval(tile.sums, tile.covered, tile.lost, bands)
         dr.sync_thread()
+
+    def _pixels(self, tile: _Tile) -> Any:
+        """Number of each lane's pixel."""
+        return self._dr.arange(self._mi.UInt32, tile.count) + self._dr.opaque(self._mi.UInt32, tile.first)
+
+    def _span(self, samples: int) -> tuple[Any, Any]:
+        """First sample of a pass, and the one after its last."""
+        number = lambda value: self._dr.opaque(self._mi.UInt32, value)  # noqa: E731
+        return number(self.samples), number(self.samples + samples)
 
     def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
         """Radiance along a camera ray, how much of the pixel it covers, and whether it was a finite number."""
@@ -184,8 +197,13 @@ class Accumulator:
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False
+        return ray, *self._draw_wavelengths(ray, spectral)
+
+    def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
+        """Give a ray its wavelengths; their cells and places within them, None in RGB transport."""
+        mi, dr = self._mi, self._dr
         if self._plan is None:
-            return ray, None, None
+            return None, None
         # a comb of four that slides through a quarter of the interval; under dispersion one tooth stands for all
         comb = [0.25 * (spectral + k) for k in range(4)] if self._plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
@@ -196,7 +214,7 @@ class Accumulator:
         starts = (dr.gather(mi.Float, self._cell_start, cell) for cell in cells)
         widths = (dr.gather(mi.Float, self._cell_width, cell) for cell in cells)
         ray.wavelengths = mi.Spectrum(*(dr.fma(w, t, s) for s, w, t in zip(starts, widths, within, strict=True)))
-        return ray, cells, within
+        return cells, within
 
     def _number(self, value: float) -> Any:
         """A number that the kernel reads instead of knowing: another frame's then needs no new kernel."""

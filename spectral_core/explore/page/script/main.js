@@ -12,6 +12,7 @@ import { combine, regionAround, rowsOf, size } from "./selection.js";
 import { MOST_SHOWN, freshState, fromPlain, recall, remember, toPlain } from "./state.js";
 
 const started = performance.now();
+const REMEMBER_MS = 250;
 
 /** @param {string} id */
 function element(id) {
@@ -33,6 +34,7 @@ class Explorer {
     recall(this.state, this.table); // what names a column of labels is understood now
     /** @type {Record<string, number>} */
     this.timing = {};
+    this.later = 0;
     const on = {
       select: (/** @type {Uint8Array} */ mask) => this.select(mask),
       hover: (/** @type {number} */ row, /** @type {number} */ x, /** @type {number} */ y) => this.hover(row, x, y),
@@ -51,6 +53,7 @@ class Explorer {
     this.variables();
     this.changed();
     window.addEventListener("resize", () => this.paint());
+    window.addEventListener("pagehide", () => remember(this.state, this.table));
     this.timing.first_paint_ms = performance.now() - started;
     requestAnimationFrame(() => {
       this.timing.shown_ms = performance.now();
@@ -67,11 +70,12 @@ class Explorer {
     this.timing.select_ms = performance.now() - start;
   }
 
-  /** Repaint and remember. */
+  /** Repaint, and remember once there is time: to write down many rows takes longer than to paint them. */
   changed() {
     this.paint();
     this.details();
-    remember(this.state, this.table);
+    clearTimeout(this.later);
+    this.later = setTimeout(() => remember(this.state, this.table), REMEMBER_MS);
   }
 
   paint() {
@@ -125,7 +129,8 @@ class Explorer {
     const rest = this.state.compare.filter((one) => one !== row);
     this.state.compare = [...rest, row].slice(-2);
     this.details();
-    remember(this.state, this.table);
+    clearTimeout(this.later);
+    this.later = setTimeout(() => remember(this.state, this.table), REMEMBER_MS);
   }
 
   /** A legend of the color. */

@@ -181,8 +181,11 @@ export class Matrix {
   /** @param {CanvasRenderingContext2D} context @param {Panel} panel @param {import("./data.js").Column} row */
   up(context, panel, row) {
     context.textAlign = "right";
+    let last = Infinity;
     for (const tick of ticks(row, Math.max(2, Math.floor(panel.height / 26)))) {
       const y = panel.top + (1 - tick.at) * panel.height;
+      if (last - y < 12) continue;
+      last = y;
       context.fillText(tick.text.slice(0, 8), panel.left - 5, Math.min(Math.max(y + 4, panel.top + 9), panel.top + panel.height));
     }
   }

@@ -89,7 +89,7 @@ export function drawHistogram(pixels, stride, panel, x, mask, words) {
     if (mask === null || mask[i]) chosen[k]++;
   }
   const most = all.reduce((a, b) => Math.max(a, b), 1);
-  const room = panel.height * 0.72;
+  const room = panel.height * 0.66;
   for (let k = 0; k < bins; k++) {
     const from = panel.left + Math.round((k * panel.width) / bins);
     const to = panel.left + Math.round(((k + 1) * panel.width) / bins) - 1;

@@ -33,13 +33,23 @@ export function ticks(column, wanted) {
     for (let power = first; 10 ** power <= column.high * (1 + 1e-9); power++) {
       found.push({ at: position(column, 10 ** power), text: plain(10 ** power) });
     }
-    return found;
+    if (found.length > 1) return found;
+    const values = [1, 2, 5].flatMap((k) => [first - 1, first, first + 1].map((power) => k * 10 ** power));
+    const inside = values.filter((value) => value >= column.low && value <= column.high).sort((a, b) => a - b);
+    return inside.map((value) => ({ at: position(column, value), text: plain(value) }));
   }
   const rough = (column.high - column.low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((k) => k >= rough) ?? 10 * power;
+  const inRange = (/** @type {number} */ k) => Math.floor(column.high / k + 1e-9) - Math.ceil(column.low / k - 1e-9) + 1;
+  const steps = [0.5, 1, 2, 5, 10].map((k) => k * power);
+  const wide = steps.find((k) => k >= rough) ?? 10 * power;
+  const step = inRange(wide) > 1 ? wide : steps.filter((k) => k < wide && inRange(k) > 1).at(-1) ?? wide; // one tick tells no scale
   for (let k = Math.ceil(column.low / step - 1e-9); k * step <= column.high + 1e-9 * step; k++) {
     found.push({ at: position(column, k * step), text: plain(k * step) });
+  }
+  // a range too narrow for six digits: the first tick, and how far the others are above it
+  if (new Set(found.map((tick) => tick.text)).size < found.length) {
+    return found.map((tick, i) => (i ? { ...tick, text: `+${plain(i * step)}` } : tick));
   }
   return found;
 }

@@ -81,7 +81,14 @@ export function regionAround(table, rows, name) {
     const values = rows.map((row) => /** @type {Float64Array} */ (column.values)[row]).filter((v) => !Number.isNaN(v));
     if (!values.length) continue;
     if (column.kind === "text") choices[column.name] = [...new Set(values.map((v) => column.order[v]))];
-    else ranges[column.name] = [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
+    else {
+      const low = values.reduce((a, b) => Math.min(a, b));
+      const high = values.reduce((a, b) => Math.max(a, b));
+      // one value alone is no range: a hundredth of the axis around it
+      const room = low === high && !column.log ? 0.005 * (column.high - column.low) : 0;
+      const factor = low === high && column.log ? (column.high / column.low) ** 0.005 : 1;
+      ranges[column.name] = [(low - room) / factor, (high + room) * factor];
+    }
   }
   return Object.keys(choices).length ? { name, ranges, choices } : { name, ranges };
 }

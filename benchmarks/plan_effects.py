@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scenes in which one effect matters, or two: does the plan turn on just that, and what does it save?
+
+Each scene is rendered as planned and with everything on (spectra, media, transparency, 64 bounces), in independent
+batches. Printed: effects that are on against those that must be; the share of pixels at which a Welch test between
+batches, corrected for their number (Šidák, 1 %), finds a difference, as Mitsuba's own tests do (Subr and Arvo 2007);
+mean ΔE2000 between the pictures beyond their noise; how many times less time the plan takes for equal error (time
+times relative variance), against four wavelengths for each path, and against one, as dispersion needs. Then a sweep of
+the tolerance. ``--only WORD``: scenes whose name has it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import Options
+from benchmarks._plan_scenes import PAIRS, SINGLE, staged
+from spectral_core.render.job import RenderJob
+from spectral_core.render.plan.effects import EffectPlan, everything_on, plan_effects
+from spectral_core.scene import Scene
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
+
+OPTIONS = ("--only",)
+BATCHES = 8
+TOLERANCE = 1.0
+SWEPT = (0.1, 0.3, 1.0, 3.0, 10.0)
+Array = NDArray[np.float64]
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Print the tables and return them."""
+    size, samples = ((16, 12), 16) if options.quick else ((64, 48), 48)
+    wanted = options.extra[1] if options.extra[:1] == ["--only"] else ""
+    scenes = {name: effects for name, effects in {**SINGLE, **PAIRS}.items() if wanted in name}
+    if options.quick and not wanted:
+        scenes = {name: scenes[name] for name in ("nothing", "sodium", "glass ball", "lens + texture")}
+    head = f"{'scene':32} {'plan':5} {'pixels that differ':>18} {'mean ΔE':>8} {'faster':>7} {'(1 λ)':>7}"
+    print(f"{head}  on (− missing, + too much)")
+    rows = {name: _row(name, *staged(effects, size, TOLERANCE), samples) for name, effects in scenes.items()}
+    ratios = [row["faster"] for row in rows.values()]
+    print(f"median: {np.median(ratios):.1f} times less time at equal error; planned exactly in "
+          f"{sum(row['exact'] for row in rows.values())} of {len(rows)}")  # fmt: skip
+    sweep = _sweep(scenes, size, 2 if options.quick else 8, samples)
+    return {
+        "scenes": rows,
+        "median_faster": float(np.median(ratios)),
+        "sweep": sweep,
+        "holds": {
+            "the plan turns on just what matters": all(row["exact"] for row in rows.values()),
+            "no more than noise, mean error below the tolerance": all(
+                row["differing"] <= 0.005 and row["delta_e"] < TOLERANCE for row in rows.values()
+            ),
+            "median at least 2.5 times faster": float(np.median(ratios)) >= 2.5,
+            "effects leave in order, error below the tolerance": all(each["holds"] for each in sweep.values()),
+        },
+    }
+
+
+def effects_on(plan: EffectPlan) -> set[str]:
+    """Effects that a plan simulates; bounces count where there are any."""
+    on = {each.name for each in plan.decisions if each.is_on and not each.value.isdecimal() and each.value != "rgb"}
+    return on | ({"bounces"} if plan.bounces > 0 else set())
+
+
+def _row(name: str, scene: Scene, expected: set[str], samples: int) -> dict[str, Any]:
+    plan = plan_effects(scene)
+    on = effects_on(plan)
+    full_plan = everything_on(scene)
+    planned, full, four = (_batches(scene, each, samples) for each in (plan, full_plan, four_wavelengths(full_plan)))
+    row = {
+        "on": sorted(on),
+        "missing": sorted(expected - on),
+        "too_much": sorted(on - expected),
+        "exact": on == expected,
+        "differing": _differing(planned.pictures, full.pictures),
+        "delta_e": difference(planned.pictures, full.pictures),
+        "faster": four.cost / planned.cost,
+        "faster_than_one": full.cost / planned.cost,
+        "seconds": [planned.seconds, four.seconds, full.seconds],
+        "bounces": plan.bounces,
+        "plan_seconds": plan.seconds,
+    }
+    wrong = [*(f"−{each}" for each in row["missing"]), *(f"+{each}" for each in row["too_much"])]
+    text = ", ".join([*sorted(on & expected), *wrong])
+    figures = f"{row['differing']:18.2%} {row['delta_e']:8.3f} {row['faster']:7.1f} {row['faster_than_one']:7.1f}"
+    verdict = "exact" if row["exact"] else "OFF"
+    print(f"{name:32} {verdict:5} {figures}  {text} (bounces {plan.bounces})", flush=True)
+    return row
+
+
+def four_wavelengths(plan: EffectPlan) -> EffectPlan:
+    """Everything on, but where no glass disperses four wavelengths for each path instead of one: less noise."""
+    absent = disperses_nothing(plan)
+    changed = tuple(
+        replace(each, value="off") if each.name == "dispersion" and absent else each for each in plan.decisions
+    )
+    return EffectPlan(changed, plan.tolerance_delta_e)
+
+
+def disperses_nothing(plan: EffectPlan) -> bool:
+    """Whether nothing disperses: the effect can then be no choice of the artist's."""
+    return plan["dispersion"].choices == ("off",)
+
+
+class _Batches:
+    """Independent pictures (batches, pixels, 3), the time of all but the first, and what an error costs."""
+
+    def __init__(self, pictures: Array, seconds: float) -> None:
+        self.pictures, self.seconds = pictures, seconds
+        light = luminance_from_linear_rgb(pictures)
+        mean = light.mean(axis=0)
+        relative = light.var(axis=0, ddof=1) / (mean**2 + (0.05 * mean.mean()) ** 2)
+        kept = np.sort(relative)[: max(1, int(0.999 * relative.size))]
+        self.cost = seconds * float(kept.mean())
+
+
+def _batches(scene: Scene, plan: EffectPlan, samples: int) -> _Batches:
+    pixels = RenderJob(scene, plan).chosen_pixels()
+    width, height = scene.film.size
+    numbers = np.arange(width * height)
+    none, more = np.zeros_like(numbers), np.full_like(numbers, samples)
+    pixels.trace(numbers, none, none + 1, 99)  # compiles
+    start = time.perf_counter()
+    pictures = [pixels.trace(numbers, none, more, half).colors / samples for half in range(BATCHES)]
+    return _Batches(np.stack(pictures), time.perf_counter() - start)
+
+
+def _differing(first: Array, second: Array) -> float:
+    """Share of pixels whose means differ by more than noise."""
+    from scipy import stats
+
+    light = [luminance_from_linear_rgb(each) for each in (first, second)]
+    means, errors = [each.mean(axis=0) for each in light], [each.var(axis=0, ddof=1) / len(each) for each in light]
+    # float rounding is no difference: a thousandth of the light, a ten-thousandth of the picture's
+    spread = np.sqrt(errors[0] + errors[1]) + 1e-3 * np.maximum(*means) + 1e-4 * float(means[1].mean())
+    value = np.abs(means[0] - means[1]) / spread
+    degrees = (errors[0] + errors[1]) ** 2 / np.maximum((errors[0] ** 2 + errors[1] ** 2) / (BATCHES - 1), 1e-300)
+    chance = 2 * stats.t.sf(value, np.clip(degrees, 1, 2 * BATCHES - 2))
+    return float((chance < 1 - (1 - 0.01) ** (1 / value.size)).mean())
+
+
+def difference(first: Array, second: Array) -> float:
+    """Mean ΔE2000 between two limits, by blocks of pixels, with what noise adds taken away.
+
+    The difference of two halves of all batches has the noise of the difference of the means, and nothing else.
+    """
+    half = len(first) // 2
+    blocks = lambda picture: picture[: len(picture) // 16 * 16].reshape(-1, 16, 3).mean(axis=1)  # noqa: E731
+    lab = lambda picture: lab_from_linear_rgb(np.maximum(blocks(picture), 0.0))  # noqa: E731
+    seen = delta_e_2000(lab(first.mean(axis=0)), lab(second.mean(axis=0)))
+    mixed = (
+        first[:half].mean(axis=0) + second[:half].mean(axis=0),
+        first[half:].mean(axis=0) + second[half:].mean(axis=0),
+    )
+    noise = delta_e_2000(*(lab(each / 2) for each in mixed))
+    return float(np.sqrt(max(0.0, float(np.mean(seen**2)) - float(np.mean(noise**2)))))
+
+
+def _sweep(scenes: dict[str, Any], size: tuple[int, int], count: int, samples: int) -> dict[str, Any]:
+    """Plans of some scenes over tolerances, with the error of each against everything on."""
+    rows: dict[str, Any] = {}
+    print(f"\n{'tolerance sweep':32} " + " ".join(f"{tolerance:>16g}" for tolerance in SWEPT))
+    for name in list(scenes)[:: max(1, len(scenes) // count)]:
+        scene, _ = staged(scenes[name], size, TOLERANCE)
+        full = _batches(scene, everything_on(scene), samples)
+        plans = [plan_effects(scene, tolerance) for tolerance in SWEPT]
+        errors = [difference(_batches(scene, plan, samples).pictures, full.pictures) for plan in plans]
+        on = [effects_on(plan) for plan in plans]
+        ordered = all(after <= before for before, after in itertools.pairwise(on))
+        fewer = all(b.bounces <= a.bounces for a, b in itertools.pairwise(plans))
+        below = all(error <= tolerance for error, tolerance in zip(errors, SWEPT, strict=True))
+        rows[name] = {
+            "errors": errors,
+            "bounces": [plan.bounces for plan in plans],
+            "holds": ordered and fewer and below,
+        }
+        cells = " ".join(
+            f"{f'{error:.2f}, {len(each)} on, {plan.bounces}b':>16}"
+            for error, each, plan in zip(errors, on, plans, strict=True)
+        )
+        print(f"{name:32} {cells} {'' if rows[name]['holds'] else 'FAILS'}", flush=True)
+    return rows

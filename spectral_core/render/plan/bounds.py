@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bounds, from a scene's data alone, on the color error of leaving an effect out.
+
+Errors are ΔE2000 with a white of radiance 1 (after the film's exposure), where the bound is worst.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.plan.inventory import largest_size, paint_parts
+from spectral_core.scene import (
+    AreaLight,
+    Color,
+    Emission,
+    Instance,
+    Light,
+    Material,
+    PointLight,
+    Principled,
+    Scene,
+    SpotLight,
+    SunLight,
+    leaves,
+)
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+_GRAYS = np.geomspace(1e-3, 1.0, 25)
+EDGE_CURVATURE = 6.2
+"""ΔE2000 at the sharpest edge for a blur of c pixels, over c²: an edge from black to white under the pixel filter
+(standard deviation 0.35 pixels) changes by half the blur's variance, c²/16, times its largest second derivative."""
+_EVERYTHING = 100.0
+
+
+def error_of_share(share: float) -> float:
+    """ΔE2000 of losing a share of the light, at the gray where it shows most."""
+    share = min(max(share, 0.0), 1.0)
+    return _largest(_GRAYS, _GRAYS * (1 - share))
+
+
+def error_of_light(radiance: float) -> float:
+    """ΔE2000 of losing some radiance, at the gray where it shows most: where there is no other light."""
+    radiance = min(max(radiance, 0.0), 1e6)
+    base = np.concatenate([[0.0], _GRAYS])
+    return _largest(base, base + radiance)
+
+
+def _largest(first: Array, second: Array) -> float:
+    lab = [lab_from_linear_rgb(np.repeat(levels[:, None], 3, axis=1)) for levels in (first, second)]
+    return float(delta_e_2000(*lab).max())
+
+
+def error_of_blur(pixels: float) -> float:
+    """ΔE2000 of leaving out a blur of a diameter in pixels, at the sharpest edge that a picture can have."""
+    return min(EDGE_CURVATURE * pixels * pixels, _EVERYTHING)
+
+
+def pixels_per_unit(scene: Scene) -> float:
+    """Pixels that one unit at distance 1 covers (perspective), or one unit at any distance (orthographic)."""
+    film, camera = scene.film, scene.camera
+    width, height = float(film.width), film.height * film.pixel_aspect
+    side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
+    extent = 2 * np.tan(camera.field_of_view_rad / 2) if camera.kind == "perspective" else camera.orthographic_scale
+    return float(side / extent)
+
+
+def corners(scene: Scene, instance: Instance) -> Array:
+    """(8, 3) corners of the box around a placed mesh; (0, 3) for one without vertices."""
+    positions = next(mesh.positions for mesh in scene.meshes if mesh.name == instance.mesh)
+    if not len(positions):
+        return np.zeros((0, 3))
+    box = np.array(np.meshgrid(*zip(positions.min(axis=0), positions.max(axis=0), strict=True))).reshape(3, 8).T
+    return np.asarray(box @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+
+
+def seen_points(scene: Scene) -> Array:
+    """(n, 3) corners of everything that is placed: what the camera sees lies between them."""
+    parts = [corners(scene, instance) for instance in scene.instances]
+    return np.concatenate(parts) if parts else np.zeros((0, 3))
+
+
+def depths(scene: Scene, points: Array) -> Array:
+    """Distance of places along the camera's axis, those in front of it alone."""
+    view = scene.camera.world_from_camera
+    back = view[:3, 2] / np.linalg.norm(view[:3, 2])
+    along = -(points - view[:3, 3]) @ back
+    return np.asarray(along[along > scene.camera.near])
+
+
+def blur_of_lens(scene: Scene, points: Array) -> float:
+    """Largest circle of confusion, in pixels, at any of the places that the camera sees."""
+    camera = scene.camera
+    along = depths(scene, points)
+    if camera.aperture_radius <= 0 or not len(along):
+        return 0.0
+    if not scene.world.is_black:
+        along = np.append(along, 1e9)
+    spread = 2 * camera.aperture_radius * np.abs(along / camera.focus_distance - 1)
+    spread = spread / along if camera.kind == "perspective" else spread
+    return float(pixels_per_unit(scene) * spread.max())
+
+
+def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array) -> float:
+    """Largest half-shadow of a ball lamp, in pixels, with a shading object as near to it as any is."""
+    placed = seen_points(scene)
+    along = depths(scene, points)
+    if not len(placed) or not len(along):
+        return 0.0
+    center = light.world_from_light[:3, 3]
+    nearest = min((_distance_to_box(center, corners(scene, item)) for item in scene.instances), default=0.0)
+    if nearest <= 2 * light.radius:
+        return float("inf")
+    reach = float(np.linalg.norm(placed - center, axis=1).max())
+    width = 2 * light.radius * reach / nearest
+    scale = pixels_per_unit(scene) / (float(along.min()) if scene.camera.kind == "perspective" else 1.0)
+    return scale * width
+
+
+def _distance_to_box(point: Array, box: Array) -> float:
+    if not len(box):
+        return float("inf")
+    return float(np.linalg.norm(np.maximum(0.0, np.maximum(box.min(axis=0) - point, point - box.max(axis=0)))))
+
+
+def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array) -> float:
+    """Pixels by which light of the ends of the spectrum comes apart in dispersive glass, at moderate angles."""
+    change = 0.0
+    for material in materials:
+        for leaf in leaves(material.surface):
+            index = getattr(leaf, "ior", None)
+            if isinstance(index, Spectrum):
+                knots = index.grid.wavelengths_nm
+                visible = index.at(np.clip(np.linspace(420, 680, 53), knots[0], knots[-1]))
+                change = max(change, float(np.ptp(visible)))
+    along = depths(scene, points)
+    if change == 0.0 or not len(along):
+        return 0.0
+    placed = seen_points(scene)
+    size = float(np.linalg.norm(np.ptp(placed, axis=0)))
+    scale = pixels_per_unit(scene)
+    # two surfaces, each turning light by the change of index times the tangent of the angle, 2 at 63 degrees
+    reach = max(1.0, size / float(along.min())) if scene.camera.kind == "perspective" else size
+    return 2 * 2 * change * scale * reach
+
+
+def optical_depth(scene: Scene, material: Material) -> float:
+    """Largest optical depth of a material's medium: extinction times the longest way through any box it fills."""
+    medium = material.medium
+    if medium is None:
+        return 0.0
+    extinction = 1.0 if medium.extinction is None else largest_size(medium.extinction)
+    longest = 0.0
+    for item in scene.instances:
+        if material.name in item.materials:
+            box = corners(scene, item)
+            longest = max(longest, float(np.linalg.norm(np.ptp(box, axis=0)))) if len(box) else longest
+    return max(medium.density, 0.0) * extinction * longest
+
+
+def error_of_medium(scene: Scene, material: Material) -> float:
+    """ΔE2000 of leaving a medium out: light that it takes, light that it scatters to the camera.
+
+    Twice the optical depth is lost at most, on the way to a surface and back. What is scattered toward the camera is
+    the way's integral of lamp irradiance: π · intensity over the least distance of a ray from a lamp inside,
+    irradiance at the nearest corner times the way from a lamp outside.
+    """
+    medium = material.medium
+    if medium is None:
+        return 0.0
+    depth = optical_depth(scene, material)
+    if depth > 0.2:
+        return _EVERYTHING
+    forward = min(abs(medium.anisotropy), 0.99)
+    phase = (1 + forward) / (1 - forward) ** 2 / (4 * np.pi)
+    albedo = largest_size(medium.color)
+    added = 0.0
+    for item in scene.instances:
+        if material.name not in item.materials or not len(box := corners(scene, item)):
+            continue
+        length = float(np.linalg.norm(np.ptp(box, axis=0)))
+        scattering = depth / max(length, 1e-30) * albedo
+        for light in scene.lights:
+            added += scattering * phase * _irradiance_along(light, box, length, scene)
+        added += (
+            0.0
+            if scene.world.is_black
+            else scattering * length * scene.world.strength * largest_size(scene.world.color)
+        )
+    return error_of_share(2 * depth) + error_of_light(1.5 * added * scene.film.exposure)
+
+
+def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> float:
+    """Integral of a lamp's irradiance along a way through a box, at most."""
+    if isinstance(light, SunLight):
+        return light.irradiance * length
+    center = light.world_from_light[:3, 3]
+    intensity = light.power_w * (4.0 if isinstance(light, AreaLight) else 1.0) / (4 * np.pi)
+    distance = _distance_to_box(center, box)
+    if distance > 0:
+        return intensity / distance**2 * length
+    away = float(np.linalg.norm(center - scene.camera.world_from_camera[:3, 3]))
+    size = max(light.size) / 2 if isinstance(light, AreaLight) else light.radius
+    pixel = away / pixels_per_unit(scene) if scene.camera.kind == "perspective" else 1 / pixels_per_unit(scene)
+    return np.pi * intensity / max(size, pixel / 2, 1e-12)
+
+
+def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
+    """Radiance of every source that a ray can meet; point lamps have none."""
+    for light in scene.lights:
+        tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
+        if isinstance(light, SunLight):
+            yield tint * light.irradiance / (np.pi * max(np.sin(min(light.angle_rad, np.pi) / 2) ** 2, 1e-10))
+        elif isinstance(light, AreaLight):
+            scale = abs(float(np.linalg.det(light.world_from_light[:3, :3]))) ** (2 / 3)
+            yield tint * light.power_w / (np.pi * max(light.size[0] * light.size[1] * scale, 1e-12))
+        elif light.radius > 0:
+            yield tint * light.power_w / (4 * np.pi * np.pi * light.radius**2)
+    if not scene.world.is_black:
+        yield scene.world.strength * largest_size(scene.world.color)
+    for material in materials:
+        for leaf in leaves(material.surface):
+            if isinstance(leaf, (Emission, Principled)):
+                color = leaf.color if isinstance(leaf, Emission) else leaf.emission_color
+                amount = leaf.strength if isinstance(leaf, Emission) else leaf.emission_strength
+                strength = float(amount) if isinstance(amount, (int, float)) else 1.0
+                if strength > 0:
+                    yield strength * max(largest_size(part) for part in paint_parts(color))

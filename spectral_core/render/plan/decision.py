@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A plan as data: decisions, each with its reason, the error of leaving it out and its share of the time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from spectral_core.errors import UnknownNameError
+
+How = Literal["exact", "bounded", "measured", "not known"]
+"""Where an error comes from: nothing would change; a bound from the scene's data; a pilot; nobody has looked."""
+LEFT_OUT = ("off", "none")
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """One effect. ``value``: what is simulated (``"spectral"``, ``"off"``, ``"6"``).
+
+    ``reason``: why, in words of the scene. ``cost_if_left_out``: what goes wrong in the picture without it, "" where
+    nothing does. ``choices``: what an override may say, () for a whole number from 0. ``source``: "scene" or "artist".
+    ``error``: ΔE2000 of leaving it out altogether, None where that is not known; ``how`` it was found.
+    ``accepted``: ΔE2000 that the decision itself gives away, at most; None where an artist's choice was not measured.
+    ``time_share``: the part of the time of a render with everything on that the effect takes, or would take.
+    """
+
+    name: str
+    value: str
+    reason: str
+    cost_if_left_out: str = ""
+    choices: tuple[str, ...] = ()
+    overridable: bool = True
+    source: str = "scene"
+    error: float | None = 0.0
+    how: How = "exact"
+    accepted: float | None = 0.0
+    time_share: float = 0.0
+
+    @property
+    def is_on(self) -> bool:
+        """Whether it is simulated at all."""
+        return self.value not in LEFT_OUT
+
+
+@dataclass(frozen=True, slots=True)
+class EffectPlan:
+    """All decisions, in the order in which they are shown. ``pilot_paths``: light paths traced to decide, 0 for none.
+
+    ``seconds``: how long the plan took.
+    """
+
+    decisions: tuple[Decision, ...]
+    tolerance_delta_e: float
+    pilot_paths: int = 0
+    seconds: float = field(default=0.0, compare=False)
+
+    def __getitem__(self, name: str) -> Decision:
+        """Decision by name; raises UnknownNameError."""
+        for decision in self.decisions:
+            if decision.name == name:
+                return decision
+        raise UnknownNameError.among("effect", name, [decision.name for decision in self.decisions])
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether wavelengths are traced instead of red, green and blue."""
+        return self["transport"].value == "spectral"
+
+    @property
+    def bounces(self) -> int:
+        """Bounces after the first surface that the camera sees."""
+        return int(self["bounces"].value)
+
+    @property
+    def accepted(self) -> float:
+        """ΔE2000 that all decisions together give away, at most, as far as it is known."""
+        return sum(decision.accepted or 0.0 for decision in self.decisions)
+
+    def is_on(self, name: str) -> bool:
+        """Whether an effect is simulated at all."""
+        return self[name].is_on
+
+    def as_rows(self) -> list[dict[str, str | bool | float | None]]:
+        """The plan as plain data, for reports."""
+        return [
+            {
+                "effect": decision.name,
+                "value": decision.value,
+                "reason": decision.reason,
+                "cost_if_left_out": decision.cost_if_left_out,
+                "error_if_left_out": decision.error,
+                "error_is": decision.how,
+                "error_accepted": decision.accepted,
+                "time_share": decision.time_share,
+                "decided_by": decision.source,
+                "overridable": decision.overridable,
+            }
+            for decision in self.decisions
+        ]
+
+    def header(self) -> dict[str, str]:
+        """What a picture's file says about the plan: each decision, and which were the artist's."""
+        entries = {"spectral.plan.tolerance": f"{self.tolerance_delta_e:g}"}
+        for decision in self.decisions:
+            forced = " (forced)" if decision.source == "artist" else ""
+            known = decision.error is not None and decision.error != float("inf")
+            error = f"; left out dE2000 {decision.error:.3g} {decision.how}" if known else ""
+            entries[f"spectral.plan.{decision.name}"] = f"{decision.value}{forced}{error}"
+        return entries
+
+
+def table(plan: EffectPlan) -> str:
+    """The plan as text: effect, value, error of leaving it out, how it was found, share of the time, reason."""
+    lines = [f"{'effect':22} {'value':10} {'ΔE without':>10} {'is':9} {'time':>5}  reason"]
+    for each in plan.decisions:
+        error = "?" if each.error is None else ">99" if each.error > 99 else f"{each.error:.2g}"
+        mark = "*" if each.source == "artist" else ""
+        lines.append(
+            f"{each.name:22} {each.value + mark:10} {error:>10} {each.how:9} {each.time_share:5.0%}  {each.reason}"
+        )
+    return "\n".join(lines)

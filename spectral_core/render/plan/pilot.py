@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pilot: a hundred thousand paths of a small picture, and what each kind of path brings to it.
+
+The paths are those of the renderer itself (``trace.scene_path``). Beside the picture they fill bins by pixel, batch and
+row: how many bounces were behind the light, in all and by kind, whether it was a caustic, shone through something
+transparent, or came from the surroundings. What a picture lacks without an effect is the sum of the rows it loses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene.rules import Tables
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.trace.path_settings import PathSettings
+from spectral_core.render.trace.scene_path import scene_path_class
+from spectral_core.scene import Film, Rays, Scene
+
+LEVELS = 34
+"""Bounces that are told apart; the last holds all beyond."""
+COUNTS = ("bounces", "diffuse", "glossy", "transmission")
+"""Counts of bounces, each with LEVELS rows."""
+FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes")
+"""Kinds of light that have a row each."""
+TOTAL = len(COUNTS) * LEVELS + len(FLAGS)
+ROWS = TOTAL + 1
+CHANNELS = 4
+"""Red, green, blue, and how many surfaces were met."""
+PIXELS, BATCHES, SAMPLES = 576, 8, 192
+"""Size of the pilot: pixels, independent parts, samples per pixel."""
+PILOT_BOUNCES = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pilot:
+    """What the paths brought.
+
+    ``bins``: (height, width, batches, rows, 4) sums over samples, divided by the samples of a batch. ``samples`` per
+    pixel. ``points``: (n, 3) places that the camera sees, in the scene's own units.
+    """
+
+    bins: NDArray[np.float64]
+    samples: int
+    points: NDArray[np.float64]
+
+    @property
+    def paths(self) -> int:
+        """Paths in all."""
+        return self.samples * self.bins.shape[0] * self.bins.shape[1]
+
+    @property
+    def picture(self) -> NDArray[np.float64]:
+        """(height, width, batches, 3): the small picture of each batch."""
+        return self.bins[..., TOTAL, :3]
+
+    @property
+    def surfaces_met(self) -> float:
+        """Surfaces that paths met, in all: what the time of a render goes with."""
+        return float(self.bins[..., TOTAL, 3].sum())
+
+    def beyond(self, count: str, most: int) -> NDArray[np.float64]:
+        """(height, width, batches, 4): what paths with more than ``most`` bounces of a kind bring."""
+        first = COUNTS.index(count) * LEVELS
+        return np.asarray(self.bins[..., first + min(most + 1, LEVELS) : first + LEVELS, :].sum(axis=-2))
+
+    def flagged(self, name: str) -> NDArray[np.float64]:
+        """(height, width, batches, 4): what light of a kind brings."""
+        return np.asarray(self.bins[..., len(COUNTS) * LEVELS + FLAGS.index(name), :])
+
+
+def small_film(film: Film, pixels: int = PIXELS) -> Film:
+    """The same view in about ``pixels`` pixels, larger ones: the pilot looks at all of the picture."""
+    width, height = film.width, film.height * film.pixel_aspect
+    scale = np.sqrt(pixels / (width * height))
+    small = (max(4, round(width * scale)), max(4, round(height * scale)))
+    aspect = (height / width) * small[0] / small[1]  # the view stays as it is, whatever rounding did
+    return Film(
+        *small, samples=SAMPLES, seed=film.seed + 77, pixel_aspect=aspect, filter_kind="box", filter_width=1.0,
+        exposure=film.exposure,
+    )  # fmt: skip
+
+
+def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
+    """Trace the pilot of ``scene`` with RGB transport; ``plan``: what it simulates.
+
+    Raises RenderError where Mitsuba fails and MissingDependencyError where it or LLVM is missing.
+    """
+    from spectral_core.render.job import RenderJob
+    from spectral_core.render.trace.accumulate import Accumulator
+
+    film = small_film(scene.film)
+    settings = replace(scene.settings, variant=None if scene.settings.variant is None else _plain(scene))
+    job = RenderJob(replace(scene, film=film, settings=settings), plan)
+    tracer = job.traced_scene()
+    mi = tracer.mitsuba
+    limits = scene.settings.light_paths
+    integrator = _pilot_class(mi.variant())(
+        PathSettings(PILOT_BOUNCES, True, limits), Tables(mi, tracer.rules), _source_kinds(mi, tracer.scene)
+    )
+    pixels = film.width * film.height
+    integrator.prepare(pixels)
+    sums = Accumulator(mi, job.scene.camera, film, None)
+    for _ in sums.add(tracer.first_hit, integrator, samples):
+        pass
+    shape = (film.height, film.width, BATCHES, ROWS, CHANNELS)
+    bins = np.array(integrator.bins, dtype=np.float64).reshape(shape) / (samples / BATCHES)
+    bins[..., :3] *= film.exposure
+    points = np.array(integrator.points).reshape(-1, 4)
+    seen = points[points[:, 3] > 0, :3].astype(np.float64) / tracer.unit
+    return Pilot(bins, samples, seen)
+
+
+def _plain(scene: Scene) -> str:
+    return (scene.settings.variant or "llvm").partition("_")[0]
+
+
+def _source_kinds(mi: Any, scene: Any) -> NDArray[np.uint32]:
+    """By registry number of an emitter: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
+    import drjit as dr
+
+    number = lambda emitter: int(dr.reinterpret_array(mi.UInt32, mi.EmitterPtr(emitter))[0])  # noqa: E731
+    kinds = {number(emitter): 1 for emitter in scene.emitters() if emitter.is_environment()}
+    for shape in scene.shapes():
+        if shape.is_emitter() and not mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.Null):
+            kinds[number(shape.emitter())] = 2
+    table = np.zeros(max(kinds, default=0) + 1, np.uint32)
+    table[list(kinds)] = list(kinds.values())
+    return table
+
+
+class _Watched:
+    """The rays' rules, which remember the emitter that they were last asked about."""
+
+    def __init__(self, tables: Tables) -> None:
+        self._tables = tables
+        self.emitter: Any = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._tables, name)
+
+    def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
+        """Whether an emitter lights a receiver."""
+        self.emitter = emitter
+        return self._tables.lights_it(emitter, kind, bounces, receiver)
+
+
+def _book(pilot: Any, light: Any, counts: Any, when: tuple[Any, Any], met: float) -> None:
+    """Add light to a pilot's rows; ``when``: it is there, and it comes after the first surface."""
+    import drjit as dr
+    import mitsuba as mi
+
+    active, bounced = when
+    light = dr.select(dr.all(dr.isfinite(light)), light, 0.0)
+    kind = dr.gather(mi.UInt32, pilot.sources, pilot.tables.emitter, active)
+    first = len(COUNTS) * LEVELS
+    signs = ((pilot.flags & 1) != 0, (pilot.flags & 2) != 0, pilot.blocked, kind == 1, kind == 2)
+    rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced) for k, count in enumerate(counts)]
+    rows += [(mi.UInt32(first + k), active & sign) for k, sign in enumerate(signs)]
+    rows.append((mi.UInt32(TOTAL), active))
+    for row, wanted in rows:
+        at = (pilot.cell * ROWS + row) * CHANNELS
+        for k in range(3):
+            dr.scatter_add(pilot.bins, light[k], at + k, wanted & (light[k] != 0), dr.ReduceMode.NoConflicts)
+        if met:
+            dr.scatter_add(pilot.bins, met, at + 3, wanted, dr.ReduceMode.NoConflicts)
+
+
+@cache
+def _pilot_class(variant: str) -> Any:
+    import drjit as dr
+    import mitsuba as mi
+
+    class PilotPath(scene_path_class(variant)):  # type: ignore[misc]
+        """The renderer's paths, which book what they bring."""
+
+        def __init__(self, settings: PathSettings, tables: Tables, sources: NDArray[np.uint32]) -> None:
+            super().__init__(settings, tables)
+            self.tables = _Watched(tables)
+            self.sources = mi.UInt32(sources)
+            self.flags: Any = None
+            self.blocked: Any = None
+
+        def prepare(self, pixels: int) -> None:
+            """Empty bins for a picture."""
+            self.bins = dr.zeros(mi.Float, pixels * BATCHES * ROWS * CHANNELS)
+            self.points = dr.zeros(mi.Float, pixels * BATCHES * 4)
+            dr.eval(self.bins, self.points)
+            self.pixels = dr.arange(mi.UInt32, pixels)
+
+        def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
+            self.cell = self.pixels * BATCHES + sampler.index % BATCHES
+            state = self.State(ray, active)
+
+            def body(state: Any, sampler: Any, flags: Any) -> Any:
+                self.flags = flags
+                state, sampler = self.step(scene, state, sampler)
+                return state, sampler, self.flags
+
+            start = (state, sampler, mi.UInt32(0))
+            state, _, _ = dr.while_loop(
+                start, lambda state, *_: state.active, body, labels=("path", "sampler", "flags")
+            )
+            return state.light, state.seen, []
+
+        def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
+            self.blocked = mi.Bool(False)
+            value = super().arrived(scene, si, path, active)
+            first = active & (path.depth == 0) & si.is_valid()
+            for k in range(3):
+                dr.scatter(self.points, si.p[k], self.cell * 4 + k, first)
+            dr.scatter(self.points, 1.0, self.cell * 4 + 3, first)
+            less = lambda kind: dr.select((path.depth > 0) & (path.kind == int(kind)), 1, 0)  # noqa: E731
+            counts = (
+                path.depth - dr.select(path.depth > 0, 1, 0),
+                path.diffuse - less(Rays.DIFFUSE),
+                path.glossy - less(Rays.GLOSSY),
+                path.transmission - less(Rays.TRANSMISSION),
+            )
+            light = self.clamped(path.throughput * value, path.depth > 1)
+            # what the camera sees itself is lost with no bounce
+            self.book(light, counts, active, active & (path.depth > 0))
+            return value
+
+        def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
+            flags = bsdf.flags()
+            plain = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
+            bends = mi.has_flag(flags, mi.BSDFFlags.Transmission)
+            event = ~plain & (kind == int(Rays.DIFFUSE))
+            self.flags |= dr.select(event, dr.select(bends, mi.UInt32(2), 1), 0)
+            return super().cut_caustic(bsdf, kind)
+
+        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
+            self.blocked = scene.ray_test(ray, active)
+            return super().clear_way(scene, ray, light, active)
+
+        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
+            value = super().direct(scene, sampler, hit, path, active)
+            light = self.clamped(path.throughput * value, path.depth > 0)
+            counts = (path.depth, path.diffuse, path.glossy, path.transmission)
+            self.book(light, counts, active, active, met=1.0)
+            return value
+
+        def book(self, light: Any, counts: Any, active: Any, bounced: Any, met: float = 0.0) -> None:
+            """Add light to the rows that it belongs to."""
+            _book(self, light, counts, (active, bounced), met)
+
+        def to_string(self) -> str:
+            return "PilotPath"
+
+    return PilotPath

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Effects of which only light can tell: their errors and shares of the time, from a pilot.
+
+Where rare paths may carry what a pilot does not meet (sharp mirrors and glass under small bright sources), the errors
+hold what it may have missed, with 95 % certainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.plan import bounds
+from spectral_core.render.plan.levels import KEEP, Effect, Level
+from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
+from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
+from spectral_core.render.plan.rules import ON_OFF, Found, names
+from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
+
+COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
+"""Numbers of bounces to choose from."""
+SHARP_ROUGHNESS = 0.25
+"""Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
+_KINDS = {
+    "diffuse_bounces": ("diffuse", "matt surfaces light each other", "dark corners"),
+    "glossy_bounces": ("glossy", "surfaces mirror each other", "dark reflections"),
+    "transmission_bounces": ("transmission", "light passes surfaces", "what lies behind glass is dark"),
+}
+
+
+def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) -> dict[str, Effect]:
+    """The effects with what the pilot knows of them."""
+    known = dict(effects)
+    unseen = _unseen(found, pilot)
+    for name in ("environment", "emissive_meshes", "transparency"):
+        effect = effects[name]
+        if len(effect.levels) > 1 and effect.how != "exact":
+            error = error_of_loss(pilot, pilot.flagged(name))
+            if effect.how == "bounded":
+                error = min(error, effect.levels[-1].error)
+            known[name] = _with_last(effect, error, effect.share)
+    for name in ("reflective_caustics", "refractive_caustics"):
+        effect = effects[name]
+        if effect.how != "exact":
+            light = pilot.flagged(name)
+            known[name] = _with_last(effect, error_of_loss(pilot, light, unseen), _share(pilot, light))
+    bounces = known.pop("bounces")
+    if bounces.how != "exact":
+        for name, (kind, reason, loses) in _KINDS.items():
+            known[name] = _chain(name, kind, reason, loses, pilot, unseen)
+        bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen)
+    known["bounces"] = bounces
+    return known
+
+
+def unmeasured_kinds() -> dict[str, Effect]:
+    """Bounces by kind where no pilot ran: as many of each as there are bounces at all."""
+    return {
+        name: Effect(
+            name, (Level(str(PILOT_BOUNCES)),), "no limit of its own beside that of all bounces", how="not known"
+        )
+        for name in _KINDS
+    }
+
+
+def _with_last(effect: Effect, error: float, share: float) -> Effect:
+    first, *_, last = effect.levels
+    return replace(effect, levels=(first, replace(last, error=error, saves=share)), how="measured")
+
+
+def _chain(name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float) -> Effect:
+    """Amounts of bounces, each with what the pilot loses beyond."""
+    levels = [Level(str(COUNTED[0]))]
+    for most in COUNTED[1:]:
+        lost = pilot.beyond(count, min(most, LEVELS - 1))
+        error = max(error_of_loss(pilot, lost, unseen), levels[-1].error)
+        levels.append(Level(str(most), error, max(_share(pilot, lost), levels[-1].saves)))
+    last = next((k for k, level in enumerate(levels) if level.error > 100), len(levels))
+    return Effect(name, tuple(levels[:last]), reason, loses, "measured")
+
+
+def _share(pilot: Pilot, lost: NDArray[np.float64]) -> float:
+    return float(lost[..., 3].sum() / max(pilot.surfaces_met, 1.0))
+
+
+def _unseen(found: Found, pilot: Pilot) -> float:
+    """Radiance that may hide in paths over sharp mirrors and glass."""
+    sharp = any(_is_sharp(leaf) for material in found.materials for leaf in leaves(material.surface))
+    if not sharp:
+        return 0.0
+    brightest = max(bounds.radiances(found.scene, found.materials), default=0.0)
+    return unseen_radiance(pilot, brightest * found.scene.film.exposure)
+
+
+def _is_sharp(leaf: object) -> bool:
+    if isinstance(leaf, Glass):
+        return True
+    if isinstance(leaf, (Glossy, Metal, Principled)):
+        # a texture may be sharp anywhere
+        rough = leaf.roughness if isinstance(leaf.roughness, (int, float)) else 0.0
+        coated = isinstance(leaf, Principled) and leaf.coat_weight != 0
+        clear = isinstance(leaf, Principled) and leaf.transmission != 0
+        return rough < SHARP_ROUGHNESS or coated or clear
+    return False
+
+
+def lamps_effect(found: Found, dropped: tuple[str, ...], error: float) -> Effect:
+    """Lamps that are too weak or too far to matter."""
+    count = len(found.scene.lights)
+    if not dropped:
+        return Effect("lamps", (Level(str(count)),), f"each of {count} lamps matters", choices=("all",))
+    levels = (Level("all"), Level(f"{count - len(dropped)} of {count}", error, 0.02 + 0.1 * len(dropped) / count))
+    reason = f"{names(dropped)} add ΔE {error:.2g} at most" if error < KEEP else "each matters"
+    return Effect("lamps", levels, reason, "less light", "bounded", ("all", *ON_OFF[1:]))

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Effects that a scene's data decide: what there is of each, and a bound on the error without it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.plan import bounds
+from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
+from spectral_core.render.plan.levels import KEEP, Effect, Level
+from spectral_core.render.plan.spectral_bound import rgb_transport_error
+from spectral_core.scene import Material, PointLight, Scene, SpotLight
+
+SPECTRAL_SHARE = 0.3
+"""Share of the time that spectra take beyond three channels, at equal noise (``plan-effects`` prints it)."""
+DISPERSION_SHARE = 0.5
+MEDIA_SHARE = 0.5
+TRANSPARENCY_SHARE = 0.12
+SMALL_SHARE = 0.02
+"""What costs next to nothing beside the light it brings."""
+ON_OFF = ("on", "off")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A scene, what is in it, and places (n, 3) that its camera sees, or between which they lie."""
+
+    scene: Scene
+    inventory: Inventory
+    points: NDArray[np.float64]
+
+    @property
+    def materials(self) -> list[Material]:
+        """Materials that some ray may meet."""
+        shown = shown_materials(self.scene)
+        return [material for material in self.scene.materials if material.name in shown]
+
+
+def absent(
+    name: str, reason: str, share: float = 0.0, value: str = "off", choices: tuple[str, ...] = ("off",)
+) -> Effect:
+    """An effect that the scene has nothing of; ``share``: what a renderer that looks at nothing would pay for it."""
+    return Effect(name, (Level("on"), Level(value, 0.0, share)), reason, choices=choices)
+
+
+def names(items: tuple[str, ...], most: int = 3) -> str:
+    """A few names in quotes, and how many more."""
+    shown = ", ".join(repr(item) for item in items[:most])
+    return shown if len(items) <= most else f"{shown} and {len(items) - most} more"
+
+
+def _transport(found: Found) -> Effect:
+    inventory, choices = found.inventory, ("rgb", "spectral")
+    simple = lambda error: (Level("spectral"), Level("rgb", error, SPECTRAL_SHARE))  # noqa: E731
+    if found.inventory.dispersive:
+        reason = f"colors part in the dispersive {names(inventory.dispersive)}"
+        return Effect("transport", simple(KEEP), reason, "no rainbows", "bounded", choices)
+    if not inventory.spectra:
+        reason = "no light or material carries a spectrum; three channels say all that is given"
+        return Effect("transport", simple(0.0), reason, choices=choices)
+    error = rgb_transport_error(found.scene)
+    text = "more than can be told" if error == KEEP else f"ΔE {error:.2g}"
+    reason = (
+        f"{names(inventory.spectra)} carry spectra; all surfaces under all lights differ by {text} in three channels"
+    )
+    return Effect(
+        "transport", simple(error), reason, "colors that only spectra tell apart become one", "bounded", choices
+    )
+
+
+def _dispersion(found: Found) -> Effect:
+    inventory = found.inventory
+    if not inventory.dispersive:
+        return absent("dispersion", "every index of refraction is one number", DISPERSION_SHARE)
+    spread = bounds.spread_of_dispersion(found.scene, found.materials, found.points)
+    reason = f"the index of refraction varies with wavelength in {names(inventory.dispersive)}: {spread:.2g} pixels"
+    # a fringe of c pixels at an edge from black to white: the filter's largest slope, 1.1 per pixel
+    error = min(100.0, 110.0 * spread)
+    loses = "no rainbows; everything refracts as at 589 nm"
+    return Effect("dispersion", (Level("on"), Level("off", error, DISPERSION_SHARE)), reason, loses, "bounded", ON_OFF)
+
+
+def _media(found: Found) -> Effect:
+    if not found.inventory.media:
+        return absent("media", "no material has a volume", MEDIA_SHARE)
+    carriers = [material for material in found.materials if material.medium is not None]
+    depth = max(bounds.optical_depth(found.scene, material) for material in carriers)
+    error = sum(bounds.error_of_medium(found.scene, material) for material in carriers)
+    reason = f"light scatters inside {names(found.inventory.media)}, whose optical depth is at most {depth:.2g}"
+    levels = (Level("on"), Level("off", min(error, 100.0), MEDIA_SHARE))
+    return Effect("media", levels, reason, "fog, smoke and milk vanish", "bounded", ON_OFF)
+
+
+def _volumes(found: Found) -> Effect:
+    volumes = found.scene.volumes
+    if not volumes:
+        return absent("volumes", "the scene has no sampled volume", MEDIA_SHARE)
+    reason = f"the scene shows {names(tuple(volume.name for volume in volumes))}"
+    levels = (Level("on"), Level("off", KEEP, MEDIA_SHARE))
+    return Effect("volumes", levels, reason, "the sampled volumes vanish", "not known", ON_OFF)
+
+
+def _transparency(found: Found) -> Effect:
+    inventory = found.inventory
+    levels = (Level("on"), Level("off", KEEP, TRANSPARENCY_SHARE))
+    if inventory.transparent:
+        reason = f"light passes straight through {names(inventory.transparent)}"
+        loses = "shadows of transparent surfaces are black"
+        return Effect("transparency", levels, reason, loses, "not known", ON_OFF)
+    if inventory.light_bodies and inventory.source_count > 1:
+        reason = f"lights with a size ({names(inventory.light_bodies)}) must not shade the other lights"
+        loses = "lights shade each other as if they were objects"
+        return Effect("transparency", levels, reason, loses, "not known", ON_OFF)
+    reason = "nothing is transparent, so shadow rays stop at the first hit"
+    return absent("transparency", reason, TRANSPARENCY_SHARE, choices=ON_OFF)
+
+
+def _environment(found: Found) -> Effect:
+    world = found.scene.world
+    if world.is_black:
+        return absent("environment", "the world is black", value="none", choices=("none",))
+    kind = "image" if world.is_image else "constant"
+    reason = "an image surrounds the scene" if world.is_image else "the world has one color everywhere"
+    radiance = world.strength * bounds.largest_size(world.color) * found.scene.film.exposure
+    levels = (Level(kind), Level("none", bounds.error_of_light(radiance), SMALL_SHARE))
+    return Effect("environment", levels, reason, "the world's light is missing", "bounded", (kind, "none"))
+
+
+def _emissive_meshes(found: Found) -> Effect:
+    if not found.inventory.emissive:
+        return absent("emissive_meshes", "no surface emits light")
+    levels = (Level("on"), Level("off", KEEP, SMALL_SHARE))
+    reason = f"surfaces glow: {names(found.inventory.emissive)}"
+    return Effect("emissive_meshes", levels, reason, "these surfaces are dark and light nothing", "not known", ON_OFF)
+
+
+def _lamp_bodies(found: Found) -> Effect:
+    balls = [light for light in found.scene.lights if isinstance(light, (PointLight, SpotLight)) and light.radius > 0]
+    if not balls:
+        return absent("lamp_bodies", "no point or spot lamp has a size")
+    shown = tuple(light.name for light in balls)
+    levels = (Level("on"), Level("off", KEEP, TRANSPARENCY_SHARE))
+    loses = "shadows are hard, and mirrors do not show the lamps"
+    seen = found.inventory.glossy or found.inventory.refractive or any(light.camera_visible for light in balls)
+    if seen or found.inventory.media or found.scene.volumes:
+        reason = f"{names(shown)} have a size, and something shows it"
+        return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
+    blur = max(bounds.blur_of_lamp(found.scene, light, found.points) for light in balls)
+    levels = (Level("on"), Level("off", bounds.error_of_blur(blur) if np.isfinite(blur) else 100.0, TRANSPARENCY_SHARE))
+    reason = f"half-shadows of {names(shown)} are at most {min(blur, 9999):.2g} pixels wide"
+    return Effect("lamp_bodies", levels, reason, loses, "bounded", ON_OFF)
+
+
+def _textures(found: Found) -> Effect:
+    images = found.inventory.images
+    if not images:
+        return Effect("textures", (Level("off"),), "no material uses an image", overridable=False)
+    reason = f"images color {names(images)}"
+    return Effect("textures", (Level("on"),), reason, how="not known", overridable=False)
+
+
+def _depth_of_field(found: Found) -> Effect:
+    scene = found.scene
+    if scene.camera.aperture_radius <= 0:
+        return absent("depth_of_field", "the camera's aperture is closed", SMALL_SHARE)
+    blur = bounds.blur_of_lens(scene, found.points)
+    width = 2 * scene.camera.aperture_radius
+    reason = f"the lens is open {width:.3g} units wide; nothing blurs by more than {blur:.2g} pixels"
+    levels = (Level("on"), Level("off", bounds.error_of_blur(blur), SMALL_SHARE))
+    return Effect("depth_of_field", levels, reason, "everything is in focus", "bounded", ON_OFF)
+
+
+def _caustics(found: Found) -> tuple[Effect, ...]:
+    inventory = found.inventory
+    made = []
+    for kind, carriers, what in (
+        ("reflective", inventory.glossy, "mirrors"),
+        ("refractive", inventory.refractive, "glass"),
+    ):
+        name = f"{kind}_caustics"
+        if not carriers:
+            made.append(absent(name, f"the scene has no {what}", choices=ON_OFF))
+            continue
+        levels = (Level("on"), Level("off", KEEP, 0.1))
+        reason = f"{names(carriers)} may throw light on matt surfaces"
+        made.append(Effect(name, levels, reason, f"no light patterns from {what}", "not known", ON_OFF))
+    return tuple(made)
+
+
+def _bounces(found: Found) -> Effect:
+    inventory = found.inventory
+    if not inventory.surfaces:
+        return Effect("bounces", (Level("0"),), "there is no surface to bounce from")
+    if inventory.media:
+        return Effect("bounces", (Level("64"),), "light scatters many times inside a medium", "dark media", "not known")
+    if inventory.refractive:
+        reason = f"light enters and leaves {names(inventory.refractive)}, some of it after inner reflections"
+        return Effect("bounces", (Level("24"),), reason, "black spots in glass", "not known")
+    if inventory.glossy:
+        reason = f"{names(inventory.glossy)} reflect other surfaces"
+        return Effect("bounces", (Level("12"),), reason, "dark reflections of reflections", "not known")
+    counts = range(MOST_DIFFUSE_BOUNCES, 1, -1)
+    last = inventory.diffuse_error(2)
+    most = inventory.diffuse_error(MOST_DIFFUSE_BOUNCES)
+    levels = tuple(
+        Level(str(count), inventory.diffuse_error(count) - most, 0.5 * (1 - count / MOST_DIFFUSE_BOUNCES))
+        for count in counts
+    )
+    reason = f"surfaces are matt and reflect at most {inventory.largest_reflectance:.0%}"
+    return Effect("bounces", levels if last > 0 else levels[-1:], reason, "dark corners", "bounded")
+
+
+_RULES: tuple[Callable[[Found], Effect], ...] = (
+    _transport, _dispersion, _media, _volumes, _transparency, _environment, _emissive_meshes, _lamp_bodies, _textures,
+    _depth_of_field,
+)  # fmt: skip
+
+
+def effects_of(found: Found) -> dict[str, Effect]:
+    """Every effect, in the order in which a plan shows them."""
+    effects = [rule(found) for rule in _RULES]
+    effects += _caustics(found)
+    effects.append(_bounces(found))
+    return {effect.name: effect for effect in effects}

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far RGB transport is from spectral transport: every surface under every light, carried in both ways.
+
+RGB transport multiplies the colors of lights and surfaces, spectral transport their spectra; the difference is that of
+the integral of a product from the product of integrals. It is computed for light that is reflected once, and for light
+that is reflected by two surfaces in turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance, white_light
+from spectral_core.render.plan.inventory import paint_parts, shown_materials
+from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
+from spectral_core.scene import (
+    Color,
+    Computed,
+    Emission,
+    ImageTexture,
+    Paint,
+    Principled,
+    Scene,
+    SpectralImage,
+    leaves,
+    values_of,
+)
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
+from spectral_core.spectra.observer import STANDARD, integration_points, observer, xyz_of
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.upsample import upsampled
+
+Array = NDArray[np.float64]
+
+LATER_BOUNCES = 3.0
+"""Factor for light that is reflected more often than twice: each further surface adds at most as much again."""
+SECOND_BOUNCE = 0.5
+"""Light that comes from a second surface, relative to a lamp's: as in an ordinary room."""
+MOST_SURFACES, MOST_LIGHTS, TEXELS = 48, 24, 24
+_PRIMARIES = np.array([[0.8, 0.05, 0.05], [0.05, 0.8, 0.05], [0.05, 0.05, 0.8], [0.8, 0.8, 0.05]])
+
+
+def rgb_transport_error(scene: Scene) -> float:
+    """Largest ΔE2000 that RGB transport makes in ``scene`` where it is lit to white, by all pairs of surfaces.
+
+    Infinite where a spectrum is in a place that is not compared: the extinction of a medium, a sampled volume.
+    """
+    shown = shown_materials(scene)
+    materials = [material for material in scene.materials if material.name in shown]
+    for material in materials:
+        medium = material.medium
+        if medium is not None and any(isinstance(paint, Spectrum) for paint in (medium.color, medium.extinction)):
+            return float("inf")
+    if any(volume.transfer.wavelengths_nm is not None for volume in scene.volumes):
+        return float("inf")
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    lights = _distinct_lights(scene)
+    surfaces = list(_surfaces([part for material in materials for part in _reflecting(material)]))
+    if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
+        # no more than what the comparison holds: the most saturated surfaces, which differ most
+        surfaces.sort(key=lambda item: (not item[2], -float(np.ptp(item[0]) / max(float(item[0].max()), 1e-6))))
+        surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
+    return LATER_BOUNCES * max((_error_under(light, white, surfaces) for light in lights), default=0.0)
+
+
+def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]]) -> float:
+    spectrum = emitted_spectrum(light, white)
+    if not np.any(spectrum.values) or not surfaces:
+        return 0.0
+    points, weights = integration_points(WAVELENGTHS_NM, spectrum.grid.wavelengths_nm)
+    viewer = observer(STANDARD)
+    cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
+    measure = RGB_FROM_XYZ @ (cmfs * (weights * spectrum.at(points)))
+    color = emitted_rgb(light)
+    size = max(float(measure.sum(axis=1) @ (0.2126, 0.7152, 0.0722)), 1e-30)  # lit to a luminance of 1
+    rgb = np.stack([item[0] for item in surfaces])
+    spectra = np.stack([item[1](points) for item in surfaces])
+    is_spectral = np.array([item[2] for item in surfaces]) | isinstance(light, Spectrum)
+    # the second surface: none, then each
+    others = np.concatenate([np.zeros((1, points.size)), spectra])
+    other_rgb = np.concatenate([np.zeros((1, 3)), rgb])
+    counts = is_spectral[:, None] | np.concatenate([[False], is_spectral])[None]
+    worst = 0.0
+    for k in range(len(surfaces)):
+        exact = ((1 + SECOND_BOUNCE * others) * spectra[k]) @ measure.T / size
+        simple = (1 + SECOND_BOUNCE * other_rgb) * rgb[k] * color / size
+        error = delta_e_2000(lab_from_linear_rgb(exact), lab_from_linear_rgb(simple))
+        worst = max(worst, float(np.max(np.where(counts[k], error, 0.0))))
+    return worst
+
+
+def _distinct_lights(scene: Scene) -> list[Color | Spectrum]:
+    paints: list[Any] = [
+        Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
+    ]
+    if not scene.world.is_black:
+        paints.append(scene.world.color)
+    shown = shown_materials(scene)
+    for material in scene.materials:
+        for leaf in leaves(material.surface) if material.name in shown else ():
+            if isinstance(leaf, Emission):
+                paints.append(leaf.color)
+            elif isinstance(leaf, Principled) and leaf.emission_strength != 0:
+                paints.append(leaf.emission_color)
+    found: dict[Any, Color | Spectrum] = {}
+    for paint in paints:
+        for part in paint_parts(paint):
+            usable = part if isinstance(part, (Color, Spectrum)) else Color(np.ones(3))
+            # the brightness of a light changes no difference of color
+            key = (
+                (usable.grid.wavelengths_nm.tobytes(), usable.values.tobytes())
+                if isinstance(usable, Spectrum)
+                else tuple(np.round(usable.linear_rgb / max(float(np.max(usable.linear_rgb)), 1e-30), 4))
+            )
+            found.setdefault(key, usable)
+    return list(found.values()) or [Color(np.ones(3))]
+
+
+def _planck_rgb(paint: Any) -> Array:
+    return np.clip(emitted_rgb(paint), 0.0, None) if isinstance(paint, (Color, Spectrum)) else np.ones(3)
+
+
+def _reflecting(material: Any) -> Iterator[Any]:
+    """Paints of a material that take a share of light."""
+    for value in values_of(material.surface):
+        yield from (part for part in paint_parts(value) if isinstance(part, Paint))
+    if material.medium is not None and isinstance(material.medium.color, Color):
+        yield material.medium.color
+
+
+def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
+    """Color under D65, spectrum by wavelength, and whether it is one by measurement, of each paint."""
+    for paint in paints:
+        if isinstance(paint, Color):
+            yield from _colors(np.atleast_2d(paint.linear_rgb))
+        elif isinstance(paint, Spectrum):
+            if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is no share of light
+                yield RGB_FROM_XYZ @ xyz_of(white_light(), paint), paint.at, True
+        elif isinstance(paint, ImageTexture):
+            pixels = paint.pixels[..., :3].reshape(-1, min(3, paint.pixels.shape[2]))
+            rows = pixels[:: max(1, len(pixels) // TEXELS)].astype(np.float64)
+            rows = rows / 255 if paint.pixels.dtype == np.uint8 else rows
+            rows = linear_from_display_rgb(rows) if paint.color_space == "srgb" else rows
+            yield from _colors(np.repeat(rows, 3, axis=1) if rows.shape[1] == 1 else rows)
+        elif isinstance(paint, SpectralImage):
+            weights = paint.weights.reshape(len(paint.weights), -1)
+            chosen = weights[:, :: max(1, weights.shape[1] // TEXELS)]
+            for values in chosen.T @ paint.spectra:
+                spectrum = Spectrum("texel", SpectralGrid(paint.grid.wavelengths_nm), values)
+                yield RGB_FROM_XYZ @ xyz_of(white_light(), spectrum), spectrum.at, True
+        elif isinstance(paint, Computed):
+            yield from _colors(_PRIMARIES if paint.program.width == 3 else np.full((1, 3), 0.5))
+
+
+def _colors(rows: Array) -> Iterator[tuple[Array, Any, bool]]:
+    for row in np.clip(rows, 0.0, 1.0):
+        if np.ptp(row) < 1e-6:
+            yield row, (lambda points, level=float(row[0]): np.full(points.shape, level)), False
+        else:
+            yield row, (lambda points, color=row: upsampled(color, points)), False

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples for some pixels of a picture: a probe's, or those that adaptive sampling has not finished.
+
+The samples of a pixel are those that a render of the whole picture takes, but they come in two halves with random
+numbers of their own, so that the halves tell how far the picture is from its limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.wavelengths import WavelengthPlan
+from spectral_core.scene import Camera, Film
+from spectral_core.spectra.color import RGB_FROM_XYZ
+
+_SEED_STEP = 0x5BD1E995
+"""Between the seeds of the halves."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sums:
+    """Sums over samples, by pixel: ``colors`` (n, 3) linear sRGB with exposure, ``covered`` (n,), ``lost`` samples.
+
+    ``bands``: (n, n_bands), or None where none are measured.
+    """
+
+    colors: NDArray[np.float64]
+    covered: NDArray[np.float64]
+    lost: int
+    bands: NDArray[np.float64] | None = None
+
+
+class ChosenPixels(Accumulator):
+    """Traces pixels by number (row · width + column, row 0 at the bottom) through one loaded scene."""
+
+    def __init__(
+        self,
+        mitsuba: Any,
+        view: tuple[Camera, Film],
+        wavelengths: WavelengthPlan | None,
+        first_hit: FirstHit,
+        integrator: Any,
+    ) -> None:
+        camera, film = view
+        super().__init__(mitsuba, camera, film, wavelengths, keep=False)
+        self._first_hit, self._integrator = first_hit, integrator
+        self._seed = film.seed
+        self._chosen: Any = None
+        self._samples_of: tuple[Any, Any] = (None, None)
+
+    def trace(
+        self,
+        pixels: NDArray[np.integer[Any]],
+        done: NDArray[np.integer[Any]],
+        more: NDArray[np.integer[Any]],
+        half: int,
+    ) -> Sums:
+        """Trace samples ``done`` to ``done + more`` of pixels, all (n,), with the numbers of one half (0, 1)."""
+        mi = self._mi
+        self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
+        first = np.ascontiguousarray(done, dtype=np.uint32)
+        self._samples_of = mi.UInt32(first), mi.UInt32(first + np.asarray(more, dtype=np.uint32))
+        self.film = replace(self.film, seed=(self._seed + half * _SEED_STEP) % (1 << 31))
+        tile = self._new_tile(0, len(pixels))
+        self._trace(self._first_hit, self._integrator, tile, 0)
+        colors = np.array(tile.sums, dtype=np.float64).T
+        colors = colors if self._plan is None else colors @ RGB_FROM_XYZ.T
+        bands = None
+        if self.band_count:
+            bands = np.array(tile.bands, dtype=np.float64).reshape(len(pixels), -1)
+        lost = int(np.array(tile.lost).sum(dtype=np.int64))
+        return Sums(colors * self.film.exposure, np.array(tile.covered, dtype=np.float64), lost, bands)
+
+    def _pixels(self, tile: Any) -> Any:
+        return self._chosen
+
+    def _span(self, samples: int) -> tuple[Any, Any]:
+        return self._samples_of

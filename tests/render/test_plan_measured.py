@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The plan's pilot: what it books adds up to the picture, and what it says is lost is lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+import itertools
+
+from spectral_core.render import everything_on, plan_effects, plan_from_data, render_scene
+from spectral_core.render.job import RenderJob
+from spectral_core.render.plan import bounds
+from spectral_core.render.plan.effects import pilot_plan
+from spectral_core.render.plan.levels import Effect, Level, chosen
+from spectral_core.render.plan.measured import error_of_loss
+from spectral_core.render.plan.pilot import run_pilot
+from spectral_core.scene import (
+    AreaLight,
+    Camera,
+    Color,
+    Diffuse,
+    Film,
+    Glossy,
+    Material,
+    PointLight,
+    RenderSettings,
+    ScatteringMedium,
+    World,
+    gray,
+)
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from tests.render.scenes import lit_plane, matrix, sphere_mesh
+
+LAMP = AreaLight(name="lamp", world_from_light=matrix((0.3, 0.2, 3)), power_w=60, size=(1.0, 1.0))
+FREE = RenderSettings()
+
+
+def corner(surface=None, **changes):
+    """A floor and a roof that light each other."""
+    scene = lit_plane(
+        LAMP,
+        surface=surface or Diffuse(Color([0.7, 0.5, 0.3])),
+        film=Film(24, 16, samples=64),
+        camera=Camera(world_from_camera=matrix((0, 0, 3.5)), field_of_view_rad=0.9),
+        settings=FREE,
+        **changes,
+    )
+    roof = np.diag([1.0, -1, -1, 1])
+    roof[2, 3] = 4
+    return replace(
+        scene, instances=(*scene.instances, replace(scene.instances[0], name="roof", world_from_object=roof))
+    )
+
+
+def test_what_the_pilot_books_is_the_picture():
+    scene = corner(Glossy(gray(0.8), 0.4), world=World(gray(0.1)))
+    seen = run_pilot(scene, pilot_plan(scene), samples=64)
+    film = replace(scene.film, samples=256)
+    job = RenderJob(replace(scene, film=film), everything_on_rgb(scene))
+    job.trace(256)
+    assert seen.picture.mean() == pytest.approx(job.picture()[..., :3].mean(), rel=0.05)
+    # light after the first surface, by all bounces or by those of one kind, is the same light
+    by_level = seen.bins[..., :34, :3].sum()
+    assert by_level == pytest.approx(seen.bins[..., 68:102, :3].sum(), rel=1e-4)
+    assert seen.beyond("diffuse", 0)[..., :3].sum() == 0 and seen.beyond("glossy", 0)[..., :3].sum() > 0
+
+
+def everything_on_rgb(scene):
+    return pilot_plan(scene)
+
+
+def test_the_measured_error_of_fewer_bounces_is_what_a_render_shows():
+    """Against renders with and without: mean ΔE2000 within a third, for one and three bounces."""
+    scene = corner()
+    plan = plan_effects(scene, 0.0)
+    assert plan.pilot_paths > 16_000 and plan["bounces"].how == "measured"
+    seen, full = run_pilot(scene, pilot_plan(scene)), _picture(scene, 32)
+    for count in (1, 3):
+        said = error_of_loss(seen, seen.beyond("bounces", count))
+        true = delta_e_2000(lab_from_linear_rgb(full), lab_from_linear_rgb(_picture(scene, count))).mean()
+        assert 0.9 * true < said < 1.5 * true + 0.2
+
+
+def _picture(scene, bounces):
+    scene = replace(scene, film=replace(scene.film, samples=512), settings=RenderSettings(max_bounces=bounces))
+    return render_scene(scene).pixels[..., :3].astype(np.float64)
+
+
+def test_a_coarser_tolerance_leaves_out_more_and_never_less():
+    scene = corner(world=World(gray(0.02)))
+    kept = [plan_effects(scene, tolerance) for tolerance in (0.0, 0.1, 1.0, 3.0, 10.0)]
+    for before, after in itertools.pairwise(kept):
+        assert after.accepted <= after.tolerance_delta_e + 1e-9
+        for name in ("bounces", "diffuse_bounces"):
+            assert int(after[name].value) <= int(before[name].value)
+        assert not (after.is_on("environment") and not before.is_on("environment"))
+    assert int(kept[0]["bounces"].value) > int(kept[-1]["bounces"].value)
+
+
+def test_steps_leave_by_magnitude_then_by_error_per_time():
+    slow = Effect("slow", (Level("on"), Level("off", 0.5, 0.5)), "")
+    quick = Effect("quick", (Level("on"), Level("off", 0.4, 0.01)), "")
+    nothing = Effect("nothing", (Level("on"), Level("off", 0.05, 0.001)), "")
+    left = lambda tolerance: [k for k, v in chosen([quick, slow, nothing], tolerance).items() if v]  # noqa: E731
+    assert left(0.01) == [] and left(0.1) == ["nothing"]
+    assert left(0.6) == ["slow", "nothing"] and left(1.0) == ["quick", "slow", "nothing"]
+
+
+def test_thin_fog_a_closed_lens_and_weak_surroundings_call_for_nothing_and_strong_ones_stay():
+    scene = lit_plane(PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100), settings=FREE)
+    for density, value in ((1e-7, "off"), (0.3, "on")):
+        fog = Material("fog", None, ScatteringMedium(density))
+        ball = replace(scene.instances[0], name="cloud", mesh="sphere", materials=("fog",))
+        foggy = replace(
+            scene, meshes=(*scene.meshes, sphere_mesh(12)), materials=(*scene.materials, fog),
+            instances=(*scene.instances, ball),
+        )  # fmt: skip
+        assert plan_from_data(foggy)["media"].value == value
+    for radius, value in ((1e-7, "off"), (0.2, "on")):
+        lens = replace(scene.camera, aperture_radius=radius, focus_distance=1.0)
+        assert plan_from_data(replace(scene, camera=lens))["depth_of_field"].value == value
+    for level, value in ((1e-5, "none"), (0.3, "constant")):
+        assert plan_effects(replace(scene, world=World(gray(level))))["environment"].value == value
+
+
+def test_a_loss_of_light_is_bounded_by_the_gray_where_it_shows_most():
+    assert bounds.error_of_share(0.025) == pytest.approx(1.0, abs=0.5)
+    assert bounds.error_of_light(0.0) == 0.0 and bounds.error_of_light(0.01) > 5
+
+
+def test_everything_on_is_the_same_picture():
+    scene = corner(Diffuse(gray(0.5)))
+    plan = everything_on(scene)
+    assert plan.is_spectral and plan.is_on("media") and plan.bounces == 64
+    job = RenderJob(scene, plan)
+    job.trace(64)
+    assert job.picture()[..., 1].mean() == pytest.approx(_picture(scene, 32)[..., 1].mean(), rel=0.02)
