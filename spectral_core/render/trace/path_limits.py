@@ -41,19 +41,20 @@ def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
     return value * dr.select(mean > most, most / mean, 1.0)
 
 
-def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tuple[Any, Any], active: Any) -> Any:
+def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
     """The product of what the surfaces on a shadow ray let through.
 
-    ``way``: scene and ray; ``light``: number of the light, surfaces passed before.
+    ``way``: scene and ray; ``light``: number of the light, surfaces passed before, marks of the ray.
     """
     import drjit as dr
     import mitsuba as mi
 
     scene, ray = way
-    emitter, passed = light
+    emitter, passed, marks = light
 
     def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
         si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+        si.dn_dv = marks
         met = active & si.is_valid()
         blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
         clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)

@@ -13,8 +13,10 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import path_limits
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
+from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.scene import Rays
 
 
@@ -35,55 +37,7 @@ def scene_path_class(variant: str) -> Any:
         weight = square / (square + other * other)
         return dr.select(dr.isfinite(weight), weight, 0.0)
 
-    class PathState:
-        """What a path remembers from hit to hit."""
-
-        DRJIT_STRUCT = {
-            "ray": mi.Ray3f,
-            "active": mi.Bool,
-            "light": mi.Spectrum,  # radiance so far
-            "throughput": mi.Spectrum,  # share of what comes that reaches the camera
-            "eta": mi.Float,  # product of the indices of refraction crossed
-            "seen": mi.Bool,  # whether anything was hit
-            "last": mi.Bool,  # whether only what glows counts any more
-            "depth": mi.UInt32,  # bounces so far, in all and by kind
-            "diffuse": mi.UInt32,
-            "glossy": mi.UInt32,
-            "transmission": mi.UInt32,
-            "passed": mi.UInt32,  # surfaces passed straight
-            "kind": mi.UInt32,  # Rays: how the ray left the last surface
-            # the last surface that scattered, from which a light met now could have been sampled
-            "before": mi.Interaction3f,
-            "before_pdf": mi.Float,
-            "before_delta": mi.Bool,
-            "before_shape": mi.UInt32,
-            "before_both": mi.Bool,  # whether it lets light through as well
-        }
-
-        before: Any
-        before_shape: Any
-        before_both: Any
-
-        def __init__(self, ray: Any = None, active: Any = None) -> None:
-            for name, kind in self.DRJIT_STRUCT.items():
-                setattr(self, name, dr.zeros(kind))
-            if ray is None:
-                return
-            self.ray, self.active, self.throughput = ray, active, mi.Spectrum(1.0)
-            self.eta, self.before_pdf, self.before_delta = mi.Float(1.0), mi.Float(1.0), mi.Bool(True)
-            self.kind = mi.UInt32(int(Rays.CAMERA))
-            self.before.p = ray.o
-
-        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, both: Any) -> None:
-            """Where the path has scattered and how likely it was to."""
-            place = mi.Interaction3f(si)
-            place.n = dr.select(dr.dot(si.n, self.ray.d) > 0.0, -si.n, si.n)
-            self.before = dr.select(scatters, place, self.before)
-            self.before_both = dr.select(scatters, both, self.before_both)
-            self.before_pdf = dr.select(scatters, bs.pdf, self.before_pdf)
-            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
-            self.before_delta = dr.select(scatters, delta, self.before_delta)
-            self.before_shape = dr.select(scatters, shape, self.before_shape)
+    PathState = path_state_class(variant)
 
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
@@ -123,6 +77,7 @@ def scene_path_class(variant: str) -> Any:
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
+            si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
             arrived = self.arrived(si, path, path.active & ~unseen)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -241,7 +196,8 @@ def scene_path_class(variant: str) -> Any:
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = si.spawn_ray_to(drawn.point)
-            clear = self.clear_way(scene, ray, (drawn.number, path.passed), wanted & ~shadowless)
+            marks = shadow_marks(mi, si.dn_dv)
+            clear = self.clear_way(scene, ray, (drawn.number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def seen_side(self, si: Any, direction: Any) -> Any:
@@ -259,8 +215,8 @@ def scene_path_class(variant: str) -> Any:
             own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
             return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
-        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
-            """Share of light that comes through from a point of an emitter (number, surfaces passed before)."""
+        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
+            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks)."""
             if not (self.settings.transparency or self.tables.blocks_selectively):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
             return path_limits.shone_through(self.tables, self.layers, (scene, ray), light, mi.Bool(active))
