@@ -183,7 +183,7 @@ def looker() -> Iterator[Looker]:
 
 def fresh(scene: Scene) -> np.ndarray:
     """The picture of the same kind of scene, whose lamps are Mitsuba's emitters: equal seeds give equal paths."""
-    job = RenderJob(scene, plan_effects(scene), Measure(movable=True))
+    job = RenderJob(scene, plan_effects(scene, pilot=False), Measure(movable=True))
     job.trace(scene.film.samples)
     return job.picture()
 
