@@ -40,6 +40,8 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
             context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
             rgb = np.clip(rgb, 0.0, 1.0)
         return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb)})
+    if isinstance(paint, Illuminant):  # no share of light: what Blender's Blackbody node is on a surface, its color
+        return reflectance(context, Color(RGB_FROM_XYZ @ xyz_of(normalized(paint))), subject)
     if isinstance(paint, Spectrum):
         if context.spectral:
             return sampled_spectrum(context, paint)
