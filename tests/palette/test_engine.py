@@ -17,11 +17,12 @@ from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
 from spectral_core.palette.qp.backends import by_piqp, nearest_miss
+from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine, solve
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.general import reflectances_by_cvxpy
 from spectral_core.palette.qp.optimality import Check, checked
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.quadratic import Quadratic
 
 SIZE = (4, 3, 31)
 SHARP = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}

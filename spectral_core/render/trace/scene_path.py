@@ -12,7 +12,9 @@ from functools import cache
 from typing import Any
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
+from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.scene import Rays
 
 
@@ -33,49 +35,7 @@ def scene_path_class(variant: str) -> Any:
         weight = square / (square + other * other)
         return dr.select(dr.isfinite(weight), weight, 0.0)
 
-    class PathState:
-        """What a path remembers from hit to hit."""
-
-        DRJIT_STRUCT = {
-            "ray": mi.Ray3f,
-            "active": mi.Bool,
-            "light": mi.Spectrum,  # radiance so far
-            "throughput": mi.Spectrum,  # share of what comes that reaches the camera
-            "eta": mi.Float,  # product of the indices of refraction crossed
-            "seen": mi.Bool,  # whether anything was hit
-            "last": mi.Bool,  # whether only what glows counts any more
-            "depth": mi.UInt32,  # bounces so far, in all and by kind
-            "diffuse": mi.UInt32,
-            "glossy": mi.UInt32,
-            "transmission": mi.UInt32,
-            "passed": mi.UInt32,  # surfaces passed straight
-            "kind": mi.UInt32,  # Rays: how the ray left the last surface
-            # the last surface that scattered, from which a light met now could have been sampled
-            "before": mi.Interaction3f,
-            "before_pdf": mi.Float,
-            "before_delta": mi.Bool,
-            "before_shape": mi.UInt32,
-        }
-
-        before: Any
-        before_shape: Any
-
-        def __init__(self, ray: Any = None, active: Any = None) -> None:
-            for name, kind in self.DRJIT_STRUCT.items():
-                setattr(self, name, dr.zeros(kind))
-            if ray is None:
-                return
-            self.ray, self.active, self.throughput = ray, active, mi.Spectrum(1.0)
-            self.eta, self.before_pdf, self.before_delta = mi.Float(1.0), mi.Float(1.0), mi.Bool(True)
-            self.kind = mi.UInt32(int(Rays.CAMERA))
-
-        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any) -> None:
-            """Where the path has scattered and how likely it was to."""
-            self.before = dr.select(scatters, mi.Interaction3f(si), self.before)
-            self.before_pdf = dr.select(scatters, bs.pdf, self.before_pdf)
-            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
-            self.before_delta = dr.select(scatters, delta, self.before_delta)
-            self.before_shape = dr.select(scatters, shape, self.before_shape)
+    PathState = path_state_class(variant)
 
     class ScenePath(mi.SamplingIntegrator):
         """Radiance along camera rays."""
@@ -111,6 +71,7 @@ def scene_path_class(variant: str) -> Any:
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
+            si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
             arrived = self.arrived(scene, si, path, path.active & ~unseen)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
@@ -224,7 +185,8 @@ def scene_path_class(variant: str) -> Any:
                 shadowless = self.tables.look_up(self.tables.shadowless, number) != 0
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * light != 0.0)
-            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed), wanted & ~shadowless)
+            marks = shadow_marks(mi, si.dn_dv)
+            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * light * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
@@ -234,18 +196,19 @@ def scene_path_class(variant: str) -> Any:
             own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
             return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
-        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
-            """Share of light that comes through from a point of an emitter (number, surfaces passed before)."""
+        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
+            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks)."""
             if not (self.settings.transparency or self.tables.blocks_selectively):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
             return self.through(scene, ray, light, mi.Bool(active))
 
-        def through(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
+        def through(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
             """The product of what the surfaces on a shadow ray let through."""
-            emitter, passed = light
+            emitter, passed, marks = light
 
             def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
                 si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+                si.dn_dv = marks
                 met = active & si.is_valid()
                 blocks = met & self.tables.casts_shadow(self.tables.shape_number(si), emitter)
                 clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
