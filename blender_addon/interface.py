@@ -11,9 +11,8 @@ from types import ModuleType
 
 FEATURES = {
     "properties": (
-        "spectrum", "palette_cell", "palette", "render", "dial", "board", "sweep", "texture_design", "viewport",
-        "scene",
-        "volume", "texture",
+        "spectrum", "palette_cell", "palette_answers", "palette", "render", "dial", "board", "sweep",
+        "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
         "viewport.session", "spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep",
@@ -22,10 +21,12 @@ FEATURES = {
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
-        "design.look",
+        "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look",
     ),
     "drawing": ("icons", "overlay", "dial"),
-    "panels": ("viewport", "spectrum", "palette", "texture", "render", "volume", "dial", "board", "sweep"),
+    "panels": (
+        "viewport", "spectrum", "palette", "texture", "recipe", "render", "volume", "dial", "board", "sweep",
+    ),
 }  # fmt: skip
 """Folder to its modules that Blender must learn of."""
 
