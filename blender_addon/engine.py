@@ -17,9 +17,9 @@ from spectral_core.scene import Note, Scene
 
 from . import jobs
 from .translate.frames import rigid
-from .translate.look import look_of, preview_scene
 from .translate.passes import pass_notes
 from .translate.scene import translate_scene
+from .translate.viewport.look import look_of, preview_scene
 from .viewport import Viewport, shown_from_rgb, working_from_rgb
 
 BL_IDNAME = "SPECTRAL"

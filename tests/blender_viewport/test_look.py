@@ -83,8 +83,8 @@ def test_f12_is_under_the_same_light_and_says_so(stage):
 
 
 def test_previews_are_seen_under_the_chosen_lamp(stage):
-    from blender_addon.translate.look import preview_scene
     from blender_addon.translate.scene import translate_scene
+    from blender_addon.translate.viewport.look import preview_scene
     from spectral_core.scene import Camera
 
     depsgraph = bpy.context.evaluated_depsgraph_get()

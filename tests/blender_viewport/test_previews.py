@@ -62,7 +62,7 @@ def test_a_lamp_of_the_catalogue_is_as_bright_and_has_its_color(scene):
 
 
 def test_a_look_that_names_nothing_says_what_there_is(stage):
-    from blender_addon.translate.look import look_of
+    from blender_addon.translate.viewport.look import look_of
     from spectral_core.errors import InvalidInputError, UnknownNameError
 
     settings = stage.scene.spectral.viewport.look
@@ -80,7 +80,7 @@ def test_a_look_that_names_nothing_says_what_there_is(stage):
 def test_a_preview_has_few_samples_and_no_notes(stage, scene):
     from blender_addon import jobs
     from blender_addon.engine import SpectralRenderEngine
-    from blender_addon.translate.look import PREVIEW_SAMPLES, preview_scene
+    from blender_addon.translate.viewport.look import PREVIEW_SAMPLES, preview_scene
 
     assert SpectralRenderEngine.bl_use_preview
     made = preview_scene(replace(scene, notes=scene.notes), bpy.context)

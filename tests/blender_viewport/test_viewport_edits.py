@@ -143,7 +143,7 @@ def test_a_view_that_is_left_is_closed_and_its_scene_forgotten(stage):
 
 
 def test_views_look_through_what_blender_looks_through():
-    from blender_addon.translate.viewpoint import window_of
+    from blender_addon.translate.viewport.viewpoint import window_of
 
     # a lens of half width 0.5, its middle moved by a tenth of the picture
     projection = np.array([[2.0, 0, 0.2, 0], [0, 4.0, -0.1, 0], [0, 0, -1, -1], [0, 0, -1, 0]])

@@ -21,10 +21,10 @@ from spectral_core.scene.look import Look
 
 from ... import jobs
 from ...properties.hooks import Topic, ignore, listen
-from ...translate.kept import Kept
-from ...translate.look import look_of
 from ...translate.scene import translate_scene
-from ...translate.viewpoint import viewpoint_of
+from ...translate.viewport.kept import Kept
+from ...translate.viewport.look import look_of
+from ...translate.viewport.viewpoint import viewpoint_of
 from ...translate.visibility import cycles_settings
 
 FIRST_WAIT_S = 0.1

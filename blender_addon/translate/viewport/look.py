@@ -11,7 +11,7 @@ from spectral_core.scene import Scene
 from spectral_core.scene.look import Look
 from spectral_core.spectra.spectrum import Spectrum
 
-from .spectra import catalogue, stored
+from ..spectra import catalogue, stored
 
 PREVIEW_SAMPLES = 16
 """Light paths per pixel of a preview: an icon is small, and a panel's picture is looked at for a second."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.live.view import Viewpoint
 
-from .camera import lens_of
+from ..camera import lens_of
 
 Array = NDArray[np.float64]
 
