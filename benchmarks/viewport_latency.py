@@ -63,7 +63,7 @@ def _measure(link: LiveLink, scene: Scene, count: int) -> dict[str, tuple[list[f
     camera = scene.camera
     show(link, scene, camera, None)
     found: dict[str, tuple[list[float], int]] = {kind: ([], 0) for kind in LIMITS_MS}
-    for kind, change in CHANGES.items():  # the first of each kind may record
+    for change in CHANGES.values():  # the first of each kind may record
         scene = change(scene, rng)
         show(link, scene, camera, None)
     for _ in range(count):
