@@ -75,6 +75,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
+    context.walks_below = not scene.volumes and all(material.medium is None for material in scene.materials)
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
@@ -115,6 +116,7 @@ def load_scene(
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
+    rules.subsurface = context.has_subsurface
     return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around)
 
 
