@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from spectral_core.render.lights.listing import LightList
 from spectral_core.render.plugins.paints.computed import computed_classes
 from spectral_core.render.plugins.paints.programs import LoadedProgram, RowsOfPrograms
 from spectral_core.render.plugins.paints.rows import Rows, row_classes
@@ -31,6 +32,8 @@ class Context:
     switches: dict[str, list[Callable[[bool], None]]] | None = None
     notes: list[Note] = field(default_factory=list)
     white: Spectrum | None = None
+    lights: LightList | None = None
+    """Where our own paths find lamps and glowing meshes; None where these become Mitsuba's emitters."""
     movable: bool = False
     """Whether meshes are to be changed later."""
     made: list[Any] = field(default_factory=list)
