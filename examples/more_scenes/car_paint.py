@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A car paint that is a quiet gray by day and turns under sodium street lamps, from paints that exist.
+"""A car paint that is blue-gray by day and brown under sodium street lamps, from paints that exist.
 
 The palette designs the reflectance, a recipe of measured paint chips comes near to it, and the car wears the recipe.
 """
@@ -24,7 +24,7 @@ GRID = SpectralGrid.uniform(400, 700, 10)
 def paint() -> tuple[Reflectance, MaterialRecipe]:
     """The designed reflectance, and the recipe that comes nearest to it under both lamps."""
     lights = tuple(PaletteLight(normalized(illuminant(name), luminance=2.0)) for name in ("D65", "HP1"))
-    cells = (Cell.fixed([0.30, 0.31, 0.34], exact=True), Cell.fixed([0.55, 0.20, 0.04]))
+    cells = (Cell.fixed([0.15, 0.26, 0.36], exact=True), Cell.fixed([0.52, 0.21, 0.05]))
     solution = solve_palette(PaletteProblem(GRID, lights, (PaletteReflectance("car"),), (cells,)))
     wanted = solution.reflectances[0]
     assert isinstance(wanted, Reflectance)
