@@ -29,7 +29,7 @@ from spectral_core.scene import (
 )
 
 from .. import spectra
-from . import color_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
+from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
 from .coordinate_nodes import round_tangent
 from .fields import scalar_of
 from .reader import Reader
@@ -61,7 +61,7 @@ def _vector(reader: Reader, output: Output, name: str) -> Computed | None:
     """What is linked to a normal or tangent socket, None where nothing is."""
     place = output.input(name)
     if place is None or linked(place) is None:
-        return None
+        return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
     value = reader.as_value(reader.field(place))
     return Computed(value.program(3))
 
