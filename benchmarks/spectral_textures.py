@@ -2,8 +2,7 @@
 """Two photographs in one surface: designed and given lights, every pair of display colors, bounds, time, memory.
 
 ``--pictures A B`` measures two other pictures of one size instead of the photographs that Matplotlib and Blender ship.
-``--rendered`` renders the texture by F12 in Blender, ``--large`` runs the command on 8192 × 8192 texels, ``--realism``
-prints the table that the slider in Blender reads.
+``--large`` runs the command on 8192 × 8192 texels, ``--realism`` prints the table that the slider in Blender reads.
 """
 
 from __future__ import annotations
@@ -20,13 +19,12 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._texture_large import large_picture, measured
-from benchmarks._texture_rendered import rendered_errors
 from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
 from spectral_core.palette.texture.reach import TEXTURE_GRID, reachable_contrast, stimulus_matrix
 from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, rendering_delta_e
-from spectral_core.palette.texture.texture import Picture, SpectralTexture, design_texture
+from spectral_core.palette.texture.texture import Picture, design_texture
 from spectral_core.render.pictures import read_picture
 from spectral_core.spectra.catalogue import illuminant, reflectance, reflectance_names
 from spectral_core.spectra.color import (
@@ -36,7 +34,7 @@ from spectral_core.spectra.color import (
     linear_from_display_rgb,
 )
 
-OPTIONS = ("--pictures", "--rendered", "--large", "--realism")
+OPTIONS = ("--pictures", "--large", "--realism")
 
 
 def photographs(extra: list[str], size: int) -> list[Picture]:
@@ -94,7 +92,6 @@ def run(options: Options) -> dict[str, Any]:
     given = _given_lamps(pictures, options)
     times = _times(designed, matrix @ photo_basis.spectra.T, 512 if options.quick else 2048)
     realism = _realism(options, (20.0, 40.0), (0.0, 0.1, 0.3))
-    rendered = _rendered(found.texture, options) if "--rendered" in options.extra else []
     worst = {name: max(getattr(loss, name) for loss in found.losses) for name in ("mean", "p99", "ghost")}
     holds = {
         "1: white within ΔE2000 0.1 of D65": max(designed.white_delta_e) < 0.1,
@@ -105,11 +102,6 @@ def run(options: Options) -> dict[str, Any]:
         "1: reflectances within [0, 1] at every texel": outside == 0,
         "2: contrast of given lamps stated in under 1 s and met": all(
             row["seconds"] < 1 and row["largest_delta_e"] < 0.1 for row in given.values()
-        ),
-        **(
-            {"1: rendered by F12 within 1.0 beyond noise": max(r["beyond_noise"] for r in rendered) < 1}
-            if rendered
-            else {}
         ),
         "3: 2048² in under 1 s": times["fit_seconds_2048"] < 1,
         "3: lights and basis in under 10 s each": designed.seconds < 10 and basis.seconds < 10,
@@ -125,7 +117,6 @@ def run(options: Options) -> dict[str, Any]:
         "given_lamps": given,
         "times": times,
         "realism": realism,
-        "rendered": rendered,
         "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "holds": holds,
     }
@@ -209,19 +200,6 @@ def _realism(options: Options, widths: Iterable[float], shares: Iterable[float])
         print(
             f"LED width {width:.0f} nm, daylight {share:.0%}: contrast {contrast:.1f}:1 (slider: "
             f"{stated.contrast:.1f}), other surfaces off by ΔE2000 {off:.1f}"
-        )
-    return rows
-
-
-def _rendered(texture: SpectralTexture, options: Options) -> list[dict[str, float]]:
-    """By F12 through the node: means of 8×8 pixels against the promised picture."""
-    step = 8 if options.quick else 4
-    small = SpectralTexture(texture.weights[:, ::step, ::step], texture.spectra, texture.lights)
-    rows = rendered_errors(small, 32 if options.quick else 256)
-    for light, row in zip(texture.lights, rows, strict=True):
-        print(
-            f"F12, {light.name}: 8×8 means ΔE2000 mean {row['mean']:.2f}, 95 % {row['p95']:.2f}; noise "
-            f"{row['noise']:.2f}, 95 % {row['noise_p95']:.2f}; beyond noise {row['beyond_noise']:.2f}"
         )
     return rows
 

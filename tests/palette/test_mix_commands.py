@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The commands `mix` and `light_model`, against the mixing laws and whole spectra written out."""
+"""The command `mix`, against the mixing laws written out."""
 
 from __future__ import annotations
 
@@ -31,11 +31,3 @@ def test_mixtures_follow_their_law(tmp_path, capsys, law) -> None:
 def test_parts_that_are_none_are_refused(capsys, word) -> None:
     assert cli.main(["mix", word]) == 1
     assert "expected NAME:PARTS" in capsys.readouterr().err
-
-
-def test_a_light_model_states_its_matrix_and_error(capsys) -> None:
-    assert cli.main(["light_model", "--size", "9", "--light", "HP1", "--json"]) == 0
-    figures = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert np.array(figures["HP1"]["matrix"]).shape == (3, 9)
-    assert figures["HP1"]["mean_delta_e"] < 1
-    assert cli.main(["light_model", "--size", "4"]) == 1
