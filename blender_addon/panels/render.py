@@ -33,6 +33,7 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
         layout.use_property_decorate = False
         settings = context.scene.spectral.render
         layout.prop(settings, "samples")
+        layout.prop(context.scene.spectral.viewport, "samples")
         layout.prop(settings, "seed")
         layout.prop(settings, "transport")
 
