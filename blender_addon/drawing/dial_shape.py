@@ -48,6 +48,11 @@ class DialShape:
         reach = DISC * unit + (MARGIN + LABEL_ROOM) * scale
         return cls(left + reach + 24 * scale, reach, unit, scale)
 
+    @property
+    def right(self) -> float:
+        """Where the dial and the names beside it end, in pixels from the left."""
+        return self.x + DISC * self.unit + (MARGIN + LABEL_ROOM) * self.scale
+
     def pixels(self, places: ArrayLike) -> Array:
         """Pixels (..., 2) of coordinates on the dial."""
         return np.array([self.x, self.y]) + self.unit * np.asarray(places, dtype=np.float64)

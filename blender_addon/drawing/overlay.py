@@ -12,6 +12,7 @@ import numpy as np
 from ..translate.spectra.stored import stored_samples
 from .curve_image import value_range
 from .curve_plot import Array, Plot, side_by_side
+from .dial_shape import DialShape
 
 MARGIN = 16.0
 FONT = 0
@@ -49,13 +50,19 @@ def draw() -> None:
     ]
     curves = [[stored_samples(entry.result) for entry in entries] for _, entries, _ in sides]
     ranges = [_range(known, kind) for known, (kind, _, _) in zip(curves, sides, strict=True)]
-    room = (region.width - tools - sidebar, region.height)
-    for plot, known, (_, entries, active) in zip(
-        side_by_side(room, ranges, MARGIN * scale), curves, sides, strict=False
-    ):
-        moved = Plot(plot.x + tools, plot.y, plot.width, plot.height, plot.low, plot.high)
-        _draw_plot(moved, [(e.name, *c) for e, c in zip(entries, known, strict=True)], active, scale)
+    room = (region.width - sidebar, region.height)
+    plots = side_by_side(room, ranges, MARGIN * scale, _left(tools, scale))
+    for plot, known, (_, entries, active) in zip(plots, curves, sides, strict=False):
+        _draw_plot(plot, [(e.name, *c) for e, c in zip(entries, known, strict=True)], active, scale)
     gpu.state.blend_set("NONE")
+
+
+def _left(tools: float, scale: float) -> float:
+    """Pixels on the left that tools cover, or the dial where it is shown."""
+    region, dial = bpy.context.region, bpy.context.scene.spectral.dial
+    if not dial.show or not len(dial.bulbs):
+        return tools
+    return DialShape.in_region(region.width, region.height, left=tools, scale=scale).right
 
 
 def _range(known: Sequence[Samples], kind: str) -> tuple[float, float]:
@@ -76,7 +83,7 @@ def _draw_plot(plot: Plot, curves: Sequence[Curve], active: int, scale: float) -
     import blf
 
     draw_triangles(plot.corners(), BACKGROUND)
-    inner = plot.within(left=40 * scale, bottom=18 * scale, right=8 * scale, top=22 * scale)
+    inner = plot.within(left=40 * scale, bottom=18 * scale, right=8 * scale, top=30 * scale)
     blf.size(FONT, 11 * scale)
     for ends in inner.rules():
         draw_line(ends, TICK, 1.0)

@@ -9,14 +9,14 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import bpy
 from bpy.types import PropertyGroup, Scene
 
-from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.errors import InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.page.serve import LiveSweep, PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.parameters import Parameter, is_column_name
@@ -235,22 +235,35 @@ def serve(scene: Scene) -> str:
     def apply(values: Mapping[str, Any]) -> None:
         given = dict(values)
 
-        def on_main_thread() -> None:
-            target = bpy.data.scenes.get(name)
-            if target is not None:
-                set_point(target, given)
-                bpy.ops.ed.undo_push(message="Apply Sweep Point")
+        def set_scene(target: Scene) -> None:
+            set_point(target, given)
+            bpy.ops.ed.undo_push(message="Apply Sweep Point")
 
-        bpy.app.timers.register(on_main_thread)
+        _on_main_thread(name, set_scene)
 
     def render() -> str:
-        bpy.app.timers.register(lambda: bpy.ops.spectral.sweep_run(pending=True) and None)
+        _on_main_thread(name, lambda _scene: bpy.ops.spectral.sweep_run(pending=True))
         return "Blender renders the points in the background; reload the page to see them"
 
     # only the main thread may touch the file, and a render opens one: both are left to it
     _server = PageServer(LiveSweep(Store.open(folder), apply=apply, render=render))
     threading.Thread(target=_server.serve_forever, daemon=True).start()
     return _server.address
+
+
+def _on_main_thread(name: str, work: Callable[[Scene], Any]) -> None:
+    """Do a page's work with a scene when Blender has time; what goes wrong stands in the panel."""
+
+    def run() -> None:
+        scene = bpy.data.scenes.get(name)
+        if scene is None:
+            return
+        try:
+            work(scene)
+        except (SpectralError, RuntimeError) as error:
+            scene.spectral.sweep.status = str(error).strip()
+
+    bpy.app.timers.register(run)
 
 
 def stop_serving() -> None:

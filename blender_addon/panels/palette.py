@@ -8,6 +8,7 @@ from bpy.types import Context, Panel, PropertyGroup, UILayout
 
 from ..editing.palette.bindings import faults
 from .palette_details import draw_cell, draw_light, draw_material
+from .palette_more import draw_alternatives, draw_paint
 from .palette_table import draw_table
 from .parts import wrapped
 
@@ -96,14 +97,14 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
         layout.label(text="Solving …" if palette.live else "Changed: press Solve", icon="FILE_REFRESH")
         return
     icon, words = STATUS[palette.status]
-    row = layout.row()
+    told = layout.column(align=True)
+    row = told.row()
     row.alert = palette.status != "solved"
     row.label(text=words, icon=icon)
-    facts = row.row()
-    facts.alignment = "RIGHT"
+    facts = told.row()  # below: beside them, a narrow sidebar cuts off the words
     facts.active = False
     worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
-    facts.label(text=f"{worst} · {_duration(palette.milliseconds)}")
+    facts.label(text=f"{worst} · {_duration(palette.milliseconds)}", icon="BLANK1")
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
@@ -207,6 +208,8 @@ PARTS = [
         lambda layout, context: draw_material(layout, context, context.scene.spectral.palette),
     ),
     ("weights", "Design", draw_weights),
+    ("alternatives", "Alternatives", draw_alternatives),
+    ("paint", "Paint and Fluorescence", draw_paint),
     ("robustness", "Other Eyes and Lamps", draw_robustness),
     ("files", "Files", draw_files),
 ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral``: palette, render settings, light dial, mixing board, sweep and spectral texture of a scene."""
+"""``scene.spectral``: palette, render settings, dial, board, sweep, spectral texture and recipe of a scene."""
 
 import bpy
 from bpy.props import PointerProperty
@@ -7,6 +7,7 @@ from bpy.props import PointerProperty
 from .board import SpectralMixingBoard
 from .dial import SpectralLightDial
 from .palette import SpectralPalette
+from .recipe import SpectralRecipe
 from .render import SpectralRender
 from .sweep import SpectralSweep
 from .texture_design import SpectralTextureDesign
@@ -21,6 +22,7 @@ class SpectralScene(bpy.types.PropertyGroup):
     board: PointerProperty(type=SpectralMixingBoard)
     sweep: PointerProperty(type=SpectralSweep)
     texture: PointerProperty(type=SpectralTextureDesign)
+    recipe: PointerProperty(type=SpectralRecipe)
 
 
 CLASSES = (SpectralScene,)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObj
 
 from .. import compat
 from .context import Translation, overridden
+from .kept import Kept
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
+from .shading.attributes import object_attributes
 from .shading.materials import Dressed, translate_material
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
@@ -45,6 +48,7 @@ class Collected:
     linking: Linking = field(default_factory=Linking)
     originals: list[Any] = field(default_factory=list)
     """Of each instance the object that it comes from."""
+    kept: Kept | None = None
     _names: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -64,9 +68,9 @@ def everything(_instance: Any) -> bool:
     return True
 
 
-def collect(translation: Translation, shows: Callable[[Any], bool] = everything) -> Collected:
-    """Walk over every instance that the render shows, and that ``shows`` lets pass."""
-    found = Collected(translation)
+def collect(translation: Translation, shows: Callable[[Any], bool] = everything, kept: Kept | None = None) -> Collected:
+    """Walk over every instance that the render shows, and that ``shows`` lets pass; ``kept``: meshes from before."""
+    found = Collected(translation, kept=kept)
     for instance in translation.depsgraph.object_instances:
         thing = instance.object
         if not shows(instance):
@@ -110,7 +114,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
     override = overridden(found.translation.depsgraph, "material_override")
     dressed = [_dress(found, override or material) for material in _materials(thing)]
     reads = frozenset().union(*(item.reads for item in dressed))
-    mesh = _mesh(found, thing, reads)
+    mesh = _mesh(found, thing, reads, instance)
     if mesh is None:
         return
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
@@ -138,6 +142,7 @@ def _collect_mesh(found: Collected, thing: Any, instance: Any) -> None:
             is_holdout,
             color=tuple(thing.color),
             index=int(thing.pass_index),
+            attributes=object_attributes(thing, instance, reads),
             random=_random(thing, instance),
         )
     )
@@ -194,15 +199,27 @@ def _note_missing(found: Collected, thing: Any, reads: frozenset[str]) -> None:
             found.translation.note(thing.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
 
 
-def _mesh(found: Collected, thing: Any, reads: frozenset[str]) -> Mesh | None:
+def _mesh(found: Collected, thing: Any, reads: frozenset[str], instance: Any) -> Mesh | None:
     """Mesh of an evaluated object, shared by all that have the same evaluated data."""
     reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
     key = (thing.data.as_pointer(), reads)
     if key not in found.meshes:
         undeformed = getattr(thing.original, "data", None) if thing.original.type == "MESH" else None
         name = found.unique("mesh", thing.data.name_full)
-        found.meshes[key] = translate_mesh(name, thing.data, reads, undeformed)
+        make = partial(translate_mesh, name, thing.data, reads, undeformed)
+        if found.kept is None:
+            found.meshes[key] = make()
+        else:
+            found.meshes[key] = found.kept.mesh((*key, name), _makers(thing, instance), make)
     return found.meshes[key]
+
+
+def _makers(thing: Any, instance: Any) -> frozenset[int]:
+    """Session numbers of what a mesh is made from; none where it is made anew by geometry nodes or the like."""
+    source = thing.original
+    data = getattr(source, "data", None)
+    blocks = [source, data, instance.parent.original if instance.parent else None]
+    return frozenset(block.session_uid for block in blocks if block is not None)
 
 
 def _note_hair(found: Collected) -> None:

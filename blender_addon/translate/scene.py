@@ -9,11 +9,12 @@ from typing import Any
 
 import bpy
 
-from spectral_core.scene import Film, LightPaths, Material, Scene
+from spectral_core.scene import Camera, Film, LightPaths, Material, Scene
 
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
+from .kept import Kept
 from .ledger import note_changed
 from .lighting.world import translate_world
 from .objects import collect, everything
@@ -27,20 +28,29 @@ MANY_VOLUME_BOUNCES = 16
 
 
 def translate_scene(
-    depsgraph: Any, *, camera: Any = None, film: Film | None = None, shows: Callable[[Any], bool] = everything
+    depsgraph: Any,
+    *,
+    camera: Any = None,
+    film: Film | None = None,
+    seen_from: Camera | None = None,
+    shows: Callable[[Any], bool] = everything,
+    kept: Kept | None = None,
 ) -> Scene:
     """Scene of an evaluated depsgraph, whole and independent of Blender.
 
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
-    settings'; ``shows``: whether an instance of the depsgraph takes part. Raises InvalidInputError where nothing can be
-    rendered at all (no camera, an empty border).
+    settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
+    ``kept``: meshes and images of the translation before. Raises InvalidInputError where nothing can be rendered at all
+    (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     source = depsgraph.scene_eval
     sampling = sampling_of(source)
     film = film or translate_film(source, sampling.samples, sampling.seed)
+    if kept is not None:
+        translation.images = kept.images
     chosen = camera if camera is not None else source.camera
-    viewed = translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
+    viewed = seen_from or translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
     if source.render.use_motion_blur:
         translation.note(source.name, "motion blur is not simulated; each frame stands still")
     for item in (source.render, getattr(source, "cycles", None)):
@@ -48,18 +58,19 @@ def translate_scene(
     layer = depsgraph.view_layer
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
-    found = collect(translation, shows)
+    found = collect(translation, shows, kept)
     _note_media(translation, found.materials)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
+    surroundings, suns = translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed)
     scene = Scene(
         camera=viewed,
         film=film,
         meshes=tuple(mesh for mesh in found.meshes.values() if mesh is not None),
         materials=found.materials,
         instances=tuple(found.instances),
-        lights=tuple(found.lights),
-        world=translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None),
+        lights=(*found.lights, *suns),
+        world=surroundings,
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )

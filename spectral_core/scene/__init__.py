@@ -19,6 +19,7 @@ from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
+    IOR,
     LARGEST,
     AddSurface,
     Diffuse,
@@ -43,10 +44,10 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
-    "LARGEST", "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Computed", "Diffuse", "Emission",
-    "Falloff", "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material", "Mesh",
-    "Metal", "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program", "Rays",
-    "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight", "Surface",
-    "Toon", "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves", "map_leaves",
-    "programs_of", "scene_hash", "values_of", "weighted_leaves",
+    "IOR", "LARGEST", "UNLIMITED_PATHS", "AddSurface", "AreaLight", "Camera", "Color", "Computed", "Diffuse",
+    "Emission", "Falloff", "Film", "Glass", "Glossy", "ImageTexture", "Instance", "Light", "LightPaths", "Material",
+    "Mesh", "Metal", "MixSurface", "MixedPaint", "Note", "Paint", "Photometry", "PointLight", "Principled", "Program",
+    "Rays", "RenderSettings", "Scalar", "ScatteringMedium", "Scene", "SpectralImage", "SpotLight", "SunLight",
+    "Surface", "Toon", "Translucent", "Transparent", "VolumeObject", "Weight", "World", "gray", "leaves",
+    "map_leaves", "programs_of", "scene_hash", "values_of", "weighted_leaves",
 ]  # fmt: skip

@@ -16,6 +16,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 LARGEST = 1e38
 """Beyond it nothing is left of a number in 32 bits."""
+IOR = (1e-3, 1000.0)
+"""Indices of refraction that a dielectric can have."""
 
 
 class _Numbers:
@@ -24,12 +26,13 @@ class _Numbers:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Raise InvalidInputError that names the first number that is NaN or infinite."""
+        """Raise InvalidInputError that names the first number that is NaN, infinite, or no index of refraction."""
         names: tuple[str, ...] = type(self).__slots__
         for name in names:
             value = getattr(self, name)
             if isinstance(value, (int, float, np.number)):
-                require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), -LARGEST, LARGEST)
+                least, most = IOR if name in ("ior", "coat_ior") else (-LARGEST, LARGEST)
+                require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,9 +36,10 @@ def test_translate_speed_runs(blender):
 
 
 def test_single_features_against_cycles(blender):
-    """The stage itself and one lamp agree with Cycles; a feature that is wrong without a note would be said."""
+    """The stage, a lamp, a smooth-shaded cup with hard edges and the Texture Mapping panel agree with Cycles."""
     from benchmarks import render_features
 
-    figures = render_features.run(Options(quick=True, extra=["--only", "film/stage", "lamps/area disk"]))
+    scenes = ["film/stage", "lamps/area disk", "normals/cup smooth", "textures/texture mapping panel"]
+    figures = render_features.run(Options(quick=True, extra=["--only", *scenes]))
     assert {row["verdict"] for row in figures["scenes"].values()} == {render_features.AGREES}, figures
     assert figures["holds"]["none silently wrong"] and not figures["holds"]["at least 250 scenes"]

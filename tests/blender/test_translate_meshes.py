@@ -178,3 +178,20 @@ def test_uv_map_of_the_material_is_the_one_that_moves(build, translate):
     assert moved.name == "attribute:Second" and np.all(moved.values[:, :2] == 0.25)
     assert by_name[lonely.data.name].attributes == ()
     assert [(note.subject, "'Second'" in note.message) for note in scene.notes] == [("No UVs", True)]
+
+
+def test_generated_coordinates_are_those_of_the_texture_space_before_modifiers(build, translate):
+    material = build.material()
+    tree = material.node_tree
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Generated"], tree.nodes["shader"].inputs["Color"])
+    thing = build.plane(material=material)
+    thing.data.use_auto_texspace = False
+    thing.data.texspace_location, thing.data.texspace_size = (1, 0, 0), (2, 4, 1)
+    taper = thing.modifiers.new("Taper", "SIMPLE_DEFORM")
+    taper.deform_method, taper.factor = "TAPER", 0.8
+    (mesh,) = translate().meshes
+    (found,) = [each.values for each in mesh.attributes if each.name.startswith("generated")]
+    corners = {(-1, -1): (0.0, 0.375), (1, -1): (0.5, 0.375), (1, 1): (0.5, 0.625), (-1, 1): (0.0, 0.625)}
+    assert {tuple(row) for row in np.round(found[:, :2].astype(float), 4)} == set(corners.values())
+    assert not np.allclose(np.abs(mesh.positions[:, :2]), 1.0)  # the modifier did move something

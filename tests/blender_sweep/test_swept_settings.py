@@ -87,6 +87,25 @@ def test_swept_samples_and_size_are_not_overridden(scene: Any, tmp_path: Path) -
 
 
 @pytest.mark.slow
+def test_points_that_the_page_added_are_rendered_by_another_process(scene: Any) -> None:  # noqa: F811
+    from blender_addon.editing import sweep as editing
+    from spectral_core.explore.sweep.store import Store
+
+    bpy.ops.spectral.sweep_add(target=SHAPE)
+    scene.spectral.sweep.parameters[SHAPE].choices = "POINT, SPOT"
+    bpy.ops.spectral.sweep_add(target=GREEN)
+    scene.spectral.sweep.budget = 2
+    assert bpy.ops.spectral.sweep_run() == {"FINISHED"}, scene.spectral.sweep.status
+    with Store.open(editing.folder_of(scene.spectral.sweep)) as store:
+        store.enter([{"key_type": "SPOT", "key_color_1": 0.125}])
+    file = bpy.data.filepath
+    assert bpy.ops.spectral.sweep_run(pending=True) == {"FINISHED"}, scene.spectral.sweep.status
+    rows = editing.rows(bpy.context.scene)
+    assert len(rows) == 3 and rows[-1].parameters == {"key_type": "SPOT", "key_color_1": 0.125}
+    assert bpy.data.filepath == file and bpy.data.lights["Key"].type == "POINT"  # the artist's file is left alone
+
+
+@pytest.mark.slow
 def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, tmp_path: Path) -> None:  # noqa: F811
     from PIL import Image
 

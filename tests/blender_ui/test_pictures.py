@@ -142,6 +142,16 @@ def test_plots_share_the_room_or_stay_away():
     assert side_by_side((200.0, 700.0), [(0, 1), (0, 1)], 16.0) == []
 
 
+def test_plots_stand_beside_the_dial():
+    from blender_addon.drawing.dial_shape import DISC, DialShape
+
+    shape = DialShape.in_region(1300.0, 800.0, left=60.0)
+    first, second = side_by_side((1300.0, 800.0), [(0, 1), (0, 1)], 16.0, shape.right)
+    assert first.x > shape.x + DISC * shape.unit
+    assert first.x + first.width < second.x
+    assert second.x + second.width <= 1300.0
+
+
 def test_reflectances_share_one_scale(blender):
     """A dark paint must look dark beside a bright one: the plot of a reflectance always ends at 1."""
     grid = SpectralGrid.uniform()
@@ -152,7 +162,14 @@ def test_reflectances_share_one_scale(blender):
 
 @pytest.mark.parametrize(
     ("active", "count", "fitting", "shown"),
-    [(0, 3, 5, (0, 3)), (0, 15, 5, (0, 5)), (7, 15, 5, (5, 10)), (14, 15, 4, (12, 15)), (2, 3, 0, (2, 3))],
+    [
+        (0, 3, 5, (0, 3)),
+        (0, 15, 5, (0, 5)),
+        (7, 15, 5, (5, 10)),
+        (14, 15, 4, (11, 15)),
+        (8, 9, 2, (7, 9)),
+        (2, 3, 0, (2, 3)),
+    ],
 )
 def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, fitting, shown):
     from blender_addon.panels.palette_table import page_of

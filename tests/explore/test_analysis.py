@@ -120,9 +120,8 @@ def test_a_palette_is_swept() -> None:
 def test_relit_points_are_renders_up_to_noise_and_the_recording_is_made_once(monkeypatch) -> None:
     from spectral_core.render.relight import transport
 
-    space = Space(
-        (Parameter("key", 10, 1000, path="lights[Key].power_w"), Parameter("fill", 0, 500, path="lights[Fill].power_w"))
-    )
+    key, fill = "lights[Key].power_w", "lights[Fill].power_w"
+    space = Space((Parameter("key_w", 10, 1000, path=key), Parameter("fill_w", 0, 500, path=fill)))
     address = f"{EXAMPLES / 'sweeps' / 'scenes.py'}:corner"
     small = {"film.width": 24, "film.height": 24, "film.samples": 256}
     node = SceneNode.of(address, space, settings=small)
@@ -131,7 +130,7 @@ def test_relit_points_are_renders_up_to_noise_and_the_recording_is_made_once(mon
     original = transport.record_transport
     monkeypatch.setattr(transport, "record_transport", lambda *a, **k: made.append(1) or original(*a, **k))
     plain = SceneNode.of(address, space, settings=small, relight=False)
-    for values in ({"key": 50.0, "fill": 0.0}, {"key": 900.0, "fill": 300.0}):
+    for values in ({"key_w": 50.0, "fill_w": 0.0}, {"key_w": 900.0, "fill_w": 300.0}):
         relit, alone = node(values, 5).pictures[""], plain(values, 5).pictures[""]
         # other paths, so other noise: the means agree, and pixels by far more than a light's share
         assert relit[..., :3].mean() == pytest.approx(alone[..., :3].mean(), rel=0.02)

@@ -13,6 +13,7 @@ from benchmarks.palette_thesis import mean_delta_e_1976
 from spectral_core.palette import solve_palette
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.spectra.observer import xyz_from_spectrum
+from spectral_core.spectra.spectrum import SpectralGrid
 
 
 def test_the_printed_spectra_give_the_printed_colors():
@@ -54,3 +55,12 @@ def test_nine_by_nine_random_colors_fit_after_the_default_rounds():
     problem = thesis.random_palette((9, 9), np.random.default_rng(5))
     problem = replace(problem, rounds=20, smoothness=0.01, smoothness_operator="mended")
     assert mean_delta_e_1976(solve_palette(problem, explain=False)) < 2
+
+
+def test_nine_by_nine_random_colors_fit_on_the_grid_that_the_renderer_uses():
+    """Linear between knots, which is harder than the sampled grid of the thesis."""
+    grid = SpectralGrid.uniform(400.0, 700.0, 10.0)
+    assert grid.interpolation == "linear"
+    problem = thesis.random_palette((9, 9), np.random.default_rng(5), grid)
+    problem = replace(problem, rounds=1000, smoothness=0.01, smoothness_operator="mended")
+    assert mean_delta_e_1976(solve_palette(problem, explain=False, seconds=2)) < 2

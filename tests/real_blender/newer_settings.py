@@ -47,5 +47,6 @@ if "Thin Wall" in shader.inputs:
     print("THIN WALL", any("a thin wall is not simulated" in text for text in translated()[1]))
 if hasattr(getattr(scene.world, "cycles", None), "use_shadows"):
     scene.world.cycles.use_shadows = False
+    scene.world.update_tag()
     print("WORLD SHADOWS", any("light of the world that casts no shadows" in text for text in translated()[1]))
 print("ALL TRIED")

@@ -103,6 +103,8 @@ def test_spd_with_comments_and_odd_blanks(tmp_path: Path) -> None:
         ("a.csv", "wavelength,x\n400,0.1\n410,0.2,0.3\n", r"line 3: 3 cells under 2 headings; expected a heading each"),
         ("a.csv", "400,0.1\n410\n", r"line 2: 1 cells, expected 2"),
         ("a.csv", "wavelength\n400\n410\n", r"line 2: found 1 column\(s\) and 2 row\(s\)"),
+        # patterns that try every start of a run of blanks never end here
+        ("a.csv", f"(nm{' ' * 30_000}x,y{' ' * 30_000}[\n400,oops\n", r"line 2: 'oops' is not a number"),
         ("a.csv", "hello world\n", r"line 1: found .* 0 row\(s\) of numbers"),
         ("a.csv", "\n\n", r"line 1: the file is empty"),
         ("a.csv", "# only words\n", r"line 1: no samples"),

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from spectral_core.scene import (
+    IOR,
     LARGEST,
     AddSurface,
     Computed,
@@ -28,7 +29,7 @@ from spectral_core.scene import (
 )
 
 from .. import spectra
-from . import color_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
+from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
 from .coordinate_nodes import round_tangent
 from .fields import scalar_of
 from .reader import Reader
@@ -60,7 +61,7 @@ def _vector(reader: Reader, output: Output, name: str) -> Computed | None:
     """What is linked to a normal or tangent socket, None where nothing is."""
     place = output.input(name)
     if place is None or linked(place) is None:
-        return None
+        return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
     value = reader.as_value(reader.field(place))
     return Computed(value.program(3))
 
@@ -154,7 +155,7 @@ def _glass(reader: Reader, output: Output) -> Surface:
 def ior(reader: Reader, place: Input | None, fallback: float) -> float:
     """Index of refraction: one number, within what a dielectric can have."""
     value = reader.number(place, fallback)
-    return min(max(value, 1e-3), 1000.0)
+    return min(max(value, IOR[0]), IOR[1])
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:

@@ -5,15 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.emission import Emission
+from spectral_core.render.lights.listing import LightList
+from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.medium import medium_around
-from spectral_core.render.mitsuba_scene.paint import unit_luminance
+from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -26,12 +31,27 @@ UNLIMITED_BOUNCES = 1024
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SceneParts:
+    """Mitsuba's objects by the names that the scene has for them, so that one of them can be changed.
+
+    ``placed``: shapes or instances by instance name. ``lights``: by light name. ``world``: the surroundings' emitter.
+    """
+
+    context: Context
+    shapes: Shapes
+    placed: dict[str, list[Any]]
+    lights: dict[str, list[light.LightObject]]
+    world: Any | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class LoadedScene:
     """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
 
     ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
     where that was asked for. ``camera_medium``: what the camera stands in, None for empty space. ``rules``: which rays
-    meet what. ``background``: the emitter that the camera sees behind everything, None for black.
+    meet what. ``parts``: its objects by name. ``background``: the emitter that the camera sees behind everything, None
+    for black.
     """
 
     scene: Any
@@ -39,8 +59,11 @@ class LoadedScene:
     hidden: tuple[Any, ...]
     switches: dict[str, list[Callable[[bool], None]]]
     rules: RayRules
+    parts: SceneParts
     background: Any | None = None
     camera_medium: Any | None = None
+    lights: Any | None = None
+    """``SceneLights`` of our own paths; None where lamps are Mitsuba's emitters."""
 
     def light_only(self, group: str) -> None:
         """Switch every light group off but one."""
@@ -49,17 +72,35 @@ class LoadedScene:
                 switch(name == group)
 
 
-def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False) -> LoadedScene:
-    """Mitsuba's scene of ``scene`` under the active variant; ``groups`` makes its light groups switchable."""
+def load_scene(
+    scene: Scene,
+    mitsuba: Any,
+    *,
+    spectral: bool,
+    groups: bool = False,
+    movable: bool = False,
+    own_lights: bool = False,
+    even: bool = False,
+) -> LoadedScene:
+    """Mitsuba's scene of ``scene`` under the active variant.
+
+    ``groups`` makes its light groups switchable, ``movable`` lets objects move without a new tree of all triangles.
+    ``own_lights``: lamps and glowing meshes go into the tables of ``render.lights``, which our own paths choose from,
+    instead of being Mitsuba's emitters. ``even``: that choice does not know how bright each light is.
+    """
     white = scene.settings.white
-    context = Context(mitsuba, spectral, {} if groups else None, white=None if white is None else unit_luminance(white))
+    unit_white = None if white is None else unit_luminance(white)
+    context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
+    context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
-    shapes = Shapes(context, scene, parts)
+    shapes = Shapes(context, scene, parts, movable=movable)
+    placements: dict[str, list[Any]] = {}
+    lamps: dict[str, list[light.LightObject]] = {}
     rules, bits = RayRules(), _link_bits(context, scene)
     for number, instance in enumerate(scene.instances):
-        placed = shapes.of(instance)
+        placed = placements[instance.name] = shapes.of(instance)
         for shape_number, shape in enumerate(placed):
             description[f"shape_{number:06d}_{shape_number:03d}"] = shape
         hidden_bits = int(instance.hidden_from) | (HOLDOUT if instance.is_holdout else 0)
@@ -67,10 +108,16 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
         rules.add_shapes(placed, hidden_bits, unlit, clear)
     for number, group in enumerate(shapes.groups):  # a scene must hold what its instances show
         description[f"group_{number:06d}"] = group
-    sphere = _bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
+    sphere = bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
     hidden = []
     for number, item in enumerate(scene.lights):
-        for object_number, made in enumerate(light.light_objects(context, item, sphere)):
+        if context.lights is not None:
+            source = add_lamp(context, context.lights, item)
+            if source is not None:
+                _light_rules(rules, item, source + 1, bits.get(item.name, 0))
+            continue
+        lamps[item.name] = light.light_objects(context, item, sphere)
+        for object_number, made in enumerate(lamps[item.name]):
             description[f"light_{number:06d}_{object_number}"] = made.entry
             _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
             if isinstance(made.entry, mitsuba.Shape) and not item.camera_visible:
@@ -79,7 +126,8 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
-        _light_rules(rules, scene.world, world, 0)
+        key = world if context.lights is None else add_world(context, context.lights, scene.world, world) + 1
+        _light_rules(rules, scene.world, key, 0)
     background = None if scene.world.hidden_from & Rays.CAMERA else world
     if scene.world.camera_view is not None:
         view = replace(scene.world.camera_view, group=scene.world.group)
@@ -88,7 +136,23 @@ def load_scene(scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = Fal
     loaded = context.load(description)
     eye = scene.camera.world_from_camera[:3, 3]
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
-    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), context.switches or {}, rules, background, around)
+    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded)
+    by_name = SceneParts(context, shapes, placements, lamps, world)
+    switches = context.switches or {}
+    return LoadedScene(
+        loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around, lights
+    )
+
+
+def _scene_lights(context: Context, lights: LightList, loaded: Any) -> SceneLights:
+    """The tables of all lights of a loaded scene."""
+    box = loaded.bbox()
+    reach = 1e3
+    if box.valid():
+        reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
+    texture_of = partial(sampled_spectrum, context)
+    emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)
+    return SceneLights(context.mitsuba, lights, reach, emission)
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:
@@ -115,14 +179,15 @@ def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
     """Let shading programs know the camera: its space has +z forward, as Cycles'."""
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     # of a camera that collapses space any inverse serves: it is refused when its rays are made
-    tables.camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
+    camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
     width, height = float(film.width), float(film.height) * film.pixel_aspect
     side = {"auto": max(width, height), "width": width, "height": height}[camera.sensor_fit]
     perspective = camera.kind == "perspective"
     size = 2 * float(np.tan(camera.field_of_view_rad / 2)) if perspective else float(camera.orthographic_scale)
     share_x, share_y = width / side, height / side
     shift = camera.shift[0] / share_x, camera.shift[1] / share_y
-    tables.window = (size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0)
+    window = (size * share_x, size * share_y, *shift, 1.0 if perspective else 0.0)
+    tables.look_from(camera_from_world, window)
 
 
 def size_note(radius: float) -> tuple[Note, ...]:
@@ -135,10 +200,10 @@ def size_note(radius: float) -> tuple[Note, ...]:
 
 def scene_radius(scene: Scene) -> float:
     """Radius of the sphere around everything that is placed, the camera among it."""
-    return _bounding_sphere(scene, {mesh.name: [mesh.positions] for mesh in scene.meshes if len(mesh.positions)})[1]
+    return bounding_sphere(scene, {mesh.name: [mesh.positions] for mesh in scene.meshes if len(mesh.positions)})[1]
 
 
-def _bounding_sphere(
+def bounding_sphere(
     scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]]
 ) -> tuple[NDArray[np.float64], float]:
     """Center and radius around every placed mesh (its positions by name), every volume and the camera."""

@@ -93,9 +93,43 @@ def mesh_shape(context: Context, part: Part, children: dict[str, Any]) -> Any:
     if part.uvs is not None:
         arrays["vertex_texcoords"] = part.uvs
     for name, array in arrays.items():
-        parameters[name] = type(parameters[name])(aligned(array))
+        kind = type(parameters[name])
+        parameters[name] = own_copy(kind, array) if context.movable else kind(aligned(array))
     parameters.update()
     return mesh
+
+
+def fill(mi: Any, mesh: Any, old: Part, new: Part) -> bool:
+    """Put the vertices of ``new`` into a Mitsuba mesh that was made of ``old``; False where they are not alike.
+
+    Mitsuba's scene must be told afterwards (``parameters_changed``), before anything is traced.
+    """
+    optional = ((old.normals, new.normals), (old.uvs, new.uvs))
+    if any((before is None) != (after is None) for before, after in optional):
+        return False
+    if not np.array_equal(old.triangles, new.triangles) or len(old.positions) != len(new.positions):
+        return False
+    arrays = {"vertex_normals": new.normals, "vertex_texcoords": new.uvs}
+    arrays |= {attribute_name(item.name): item.values for item in new.attributes}
+    # Mitsuba makes normals of its own for new positions, so ours are put in after it
+    for group in ({"vertex_positions": new.positions}, arrays):
+        parameters = mi.traverse(mesh)
+        for name, array in group.items():
+            if array is not None:
+                parameters[name] = own_copy(type(parameters[name]), array)
+        parameters.update()
+    return True
+
+
+def own_copy(kind: Any, array: NDArray[Any]) -> Any:
+    """Numbers in Dr.Jit's own memory: NumPy's, mapped, would look like another kind to a recorded launch."""
+    import drjit as dr
+
+    values = kind(array.ravel())
+    result = dr.empty(kind, dr.width(values))
+    dr.scatter(result, values, dr.arange(dr.uint32_array_t(kind), dr.width(values)))
+    dr.eval(result)
+    return result
 
 
 def polygon(corners: NDArray[np.float64], name: str) -> Part:

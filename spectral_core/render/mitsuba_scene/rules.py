@@ -73,7 +73,8 @@ class Tables:
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
         if not rows:
             return None
-        numbers = [int(self.number(pointer(item))[0]) for item, _ in rows]
+        # lights of our own tables are known by a number, Mitsuba's objects by that of its registry
+        numbers = [item if isinstance(item, int) else int(self.number(pointer(item))[0]) for item, _ in rows]
         table = np.zeros(max(numbers) + 1, np.uint32)
         table[numbers] = [value for _, value in rows]
         return self._mi.UInt32(table)

@@ -10,6 +10,7 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
 from spectral_core.render.mitsuba_scene.medium import medium_object
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.scene import Diffuse, Instance, Material, Scene
@@ -23,12 +24,16 @@ SHARED_TRIANGLES = 20_000
 class Shapes:
     """Shapes of a scene's instances; BSDFs and media are made once per material."""
 
-    def __init__(self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]]) -> None:
-        self.context, self.parts = context, parts
+    def __init__(
+        self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
+    ) -> None:
+        self.context, self.parts, self.movable = context, parts, movable
         self.materials = {material.name: material for material in scene.materials}
-        self._bsdfs: dict[str, Any] = {}
+        self.bsdfs: dict[str, Any] = {}
         self._media: dict[str, Any] = {}
         self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
+        self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
+        """By the mesh's name the shapes of its parts in object space: material index, shape, the group it is in."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
 
     def of(self, instance: Instance) -> list[Any]:
@@ -47,8 +52,11 @@ class Shapes:
         for index, part in parts.items():
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
-                shape = geometry.mesh_shape(self.context, placed, self._children(instance, index, placed))
+                children, glow = self._children(instance, index, placed)
+                shape = geometry.mesh_shape(self.context, placed, children)
                 self.context.tables.place(shape, instance)
+                if glow is not None:
+                    add_glow(self.context, placed, shape, glow)
                 shapes.append(shape)
         return shapes
 
@@ -63,10 +71,13 @@ class Shapes:
         return [medium for medium in self._media.values() if medium is not None]
 
     def _is_shared(self, instance: Instance) -> bool:
-        """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own."""
+        """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own.
+
+        Where objects are to move later each is placed so, as only then a move rebuilds no triangles.
+        """
         uses = self._uses[(instance.mesh, instance.materials)]
         triangles = sum(len(part.triangles) for part in self.parts[instance.mesh].values())
-        if uses < 2 or uses * triangles < SHARED_TRIANGLES:
+        if not self.movable and (uses < 2 or uses * triangles < SHARED_TRIANGLES):
             return False
         if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
             return False
@@ -78,9 +89,11 @@ class Shapes:
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part))
+                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
-            self._groups[key] = self.context.load(description)
+            group = self._groups[key] = self.context.load(description)
+            named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
+            self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
 
     def _material(self, instance: Instance, index: int) -> Material:
@@ -89,20 +102,26 @@ class Shapes:
         # Blender shows the last slot where an index has none
         return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
 
-    def _children(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
+    def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
+        """What a shape wears, and what it glows with where our own tables know that."""
         material, context = self._material(instance, index), self.context
-        if material.name not in self._bsdfs:
-            self._bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
+        if material.name not in self.bsdfs:
+            self.bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
             if material.medium is not None:
                 self._media[material.name] = medium_object(context, material.medium, material.name)
-        children = {"bsdf": self._bsdfs[material.name]}
+        children = {"bsdf": self.bsdfs[material.name]}
         if self._media.get(material.name) is not None:
             children["interior"] = self._media[material.name]
+        if context.lights is not None:
+            constant = constant_glow(material.surface)
+            if constant is not None:
+                return children, (emitted_by(context, *constant), None, instance.group)
         radiance = surface.emission(context, material.surface, material.name)
-        if radiance is not None:
-            radiance = context.switched(radiance, instance.group)
-            emitter = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
-            if part.normals is not None:
-                emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
-            children["emitter"] = emitter
-        return children
+        if radiance is None:
+            return children, None
+        radiance = context.switched(radiance, instance.group)
+        emitter = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
+        if part.normals is not None:
+            emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
+        children["emitter"] = emitter
+        return children, None if context.lights is None else (None, emitter, instance.group)

@@ -14,6 +14,7 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.leaf_rows import grouped
 from spectral_core.scene import (
     Color,
     Diffuse,
@@ -42,8 +43,8 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
     if surface is None:
         return context.load({"type": "null"})
     parts = [
-        part
-        for weight, closure in weighted_leaves(surface)
+        (*part, rows, cursor)
+        for weight, closure, rows, cursor in grouped(list(weighted_leaves(surface)))
         for part in _scattering(context, closure, weight, subject)
         if part[0].constant > 0
     ]
@@ -52,10 +53,12 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
     if len(parts) == 1 and not parts[0][0].factors:
         return parts[0][1]
     description: dict[str, Any] = {"type": "closures", "count": len(parts)}
-    for number, (weight, child) in enumerate(parts):
+    for number, (weight, child, _, _) in enumerate(parts):
         description[f"bsdf_{number}"] = child
         description[f"weight_{number}"] = weight_texture(context, weight, subject)
-    return context.load(description)
+    made = context.load(description)
+    made.tables = [(cursor, rows) for _, _, rows, cursor in parts]
+    return made
 
 
 def weight_texture(context: Context, weight: Weight, subject: str) -> Any:

@@ -48,7 +48,7 @@ class RenderProcess:
     def __init__(self, python: str | None = None) -> None:
         self._python = python
         self._lock = threading.Lock()
-        self._worker: _Worker | None = None
+        self._worker: Worker | None = None
         atexit.register(self.close)
 
     def render(
@@ -112,15 +112,15 @@ class RenderProcess:
                     self._end()
                 raise
 
-    def _running(self) -> _Worker:
+    def _running(self) -> Worker:
         if self._worker is None or not self._worker.alive:
             self._end()
-            self._worker = _Worker(self._python or find_python())
+            self._worker = Worker(self._python or find_python())
         return self._worker
 
     def _follow(
         self,
-        worker: _Worker,
+        worker: Worker,
         what: tuple[Scene, EffectPlan],
         on_progress: Callable[[Progress], None] | None,
         should_stop: Callable[[], bool] | None,
@@ -170,16 +170,19 @@ class RenderProcess:
         self.close()
 
 
-class _Worker:
-    """One process, its log and the messages it has sent."""
+class Worker:
+    """One process that runs ``module``, its log and the messages it has sent.
 
-    def __init__(self, python: str) -> None:
+    Raises RenderError where it cannot be started or does not answer.
+    """
+
+    def __init__(self, python: str, module: str = "spectral_core.render.process.worker") -> None:
         self.idle = True
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
         try:
             self.process = subprocess.Popen(
-                child.command(python, "spectral_core.render.process.worker"),
+                child.command(python, module),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._log,

@@ -197,8 +197,13 @@ class Accumulator:
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False
+        return ray, *self._draw_wavelengths(ray, spectral)
+
+    def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
+        """Give a ray its wavelengths; their cells and places within them, None in RGB transport."""
+        mi, dr = self._mi, self._dr
         if self._plan is None:
-            return ray, None, None
+            return None, None
         # a comb of four that slides through a quarter of the interval; under dispersion one tooth stands for all
         comb = [0.25 * (spectral + k) for k in range(4)] if self._plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
@@ -209,7 +214,7 @@ class Accumulator:
         starts = (dr.gather(mi.Float, self._cell_start, cell) for cell in cells)
         widths = (dr.gather(mi.Float, self._cell_width, cell) for cell in cells)
         ray.wavelengths = mi.Spectrum(*(dr.fma(w, t, s) for s, w, t in zip(starts, widths, within, strict=True)))
-        return ray, cells, within
+        return cells, within
 
     def _number(self, value: float) -> Any:
         """A number that the kernel reads instead of knowing: another frame's then needs no new kernel."""

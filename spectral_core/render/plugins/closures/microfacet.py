@@ -70,8 +70,18 @@ class AlbedoTable:
     """A table of ``albedo`` on the device, read by roughness and cosine."""
 
     def __init__(self, mi: Any, table: Any) -> None:
-        self._mi = mi
-        self._texture = mi.Texture2f(mi.TensorXf(np.ascontiguousarray(table[..., None], dtype=np.float32)))
+        self._mi, self._table = mi, np.ascontiguousarray(table[..., None], dtype=np.float32)
+        self._texture = mi.Texture2f(mi.TensorXf(self._table))
+
+    def can_take(self, other: AlbedoTable) -> bool:
+        """Whether another table can be put in place of this one."""
+        return self._table.shape == other._table.shape
+
+    def take(self, other: AlbedoTable) -> None:
+        """Read another table from now on."""
+        if not np.array_equal(self._table, other._table):
+            self._table = other._table
+            self._texture.set_tensor(self._mi.TensorXf(self._table))
 
     def __call__(self, roughness: Any, cosine: Any) -> Any:
         last = albedo.SIZE - 1  # entries stand at texel centers

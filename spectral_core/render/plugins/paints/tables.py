@@ -30,7 +30,10 @@ class SceneTables:
     window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
     rows: dict[int, np.ndarray] = field(default_factory=dict)
     has_instances: bool = False
+    attributes: dict[str, int] = field(default_factory=dict)
+    """Column of each named attribute; all are known before the first program is traced."""
     _buffer: Any = None
+    _camera: Any = None
     _images: dict[int, Any] = field(default_factory=dict)
     _kept: list[Any] = field(default_factory=list)
 
@@ -40,22 +43,56 @@ class SceneTables:
         matrix = np.asarray(instance.world_from_object, dtype=np.float64)
         inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else np.linalg.inv(matrix)
         parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
-        row = np.zeros(ROW)
+        row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
+        for name, value in instance.attributes:
+            column = self.attributes.setdefault(name, ROW + 3 * len(self.attributes))
+            row.resize(max(row.size, column + 3), refcheck=False)
+            row[column : column + 3] = value[:3]
         self.rows[number] = row
         self.has_instances |= is_instance  # only its number is kept: a shape that knew its own paints would never end
+
+    @property
+    def row_size(self) -> int:
+        """Numbers in a row."""
+        return ROW + 3 * len(self.attributes)
 
     def buffer(self) -> Any:
         """All rows on the device; what was never placed stands in the world as it is."""
         if self._buffer is None:
-            plain = np.zeros(ROW)
+            plain = np.zeros(self.row_size)
             plain[:24] = np.tile(np.eye(4)[:3].ravel(), 2)
             plain[24:28] = 1
             table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
             for number, row in self.rows.items():
-                table[number] = row
+                table[number, : row.size] = row
             self._buffer = self.mi.Float(np.ascontiguousarray(table.ravel(), dtype=np.float32))
         return self._buffer
+
+    def rebuild(self) -> None:
+        """Write all rows again, after one was placed anew."""
+        self._buffer = None
+        self.buffer()
+
+    def look_from(self, camera_from_world: np.ndarray, window: tuple[float, ...]) -> None:
+        """Place the camera: programs read its numbers from one array, so that a move needs no new kernel."""
+        self.camera_from_world, self.window = camera_from_world, window
+        there = np.asarray(camera_from_world, dtype=np.float64)
+        rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array(window)]
+        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        self._camera = self.mi.Float([float(value) for value in np.concatenate(rows)])
+
+    def camera_matrix(self, inverse: bool) -> list[list[Any]]:
+        """Rows (3 of 4 numbers) of camera from world, or of world from camera."""
+        start = 12 if inverse else 0
+        return [[self._camera_number(start + 4 * i + j) for j in range(4)] for i in range(3)]
+
+    def camera_window(self) -> tuple[Any, ...]:
+        """Width and height of the frame at distance 1, its shift, and 1 for a perspective camera."""
+        return tuple(self._camera_number(24 + k) for k in range(5))
+
+    def _camera_number(self, place: int) -> Any:
+        return self.dr.gather(self.mi.Float, self._camera, self.mi.UInt32(place))
 
     def number(self, value: float) -> Any:
         """A number that kernels read instead of knowing."""
@@ -78,6 +115,23 @@ class SceneTables:
             self._images[id(pixels)] = (stored, self.number(width), self.number(height), is_bytes)
             self._kept.append(pixels)
         return self._images[id(pixels)]
+
+    def replace(self, old: Any, new: Any) -> None:
+        """Put the contents of an image or table where another of its shape was; what is equal is not copied again."""
+        before, after = (getattr(item, "pixels", item) for item in (old, new))
+        if id(before) not in self._images or before is after:
+            return
+        place, is_equal = list(self._images).index(id(before)), np.array_equal(before, after)
+        kept = self._images.pop(id(before))
+        if is_equal:
+            self._images[id(after)] = kept
+            self._kept.append(after)
+        else:
+            (self.table if isinstance(new, np.ndarray) else self.image)(new)
+        # the same place in the order, by which recorded launches know their arrays
+        entries = [(key, value) for key, value in self._images.items() if key != id(after)]
+        entries.insert(place, (id(after), self._images[id(after)]))
+        self._images = dict(entries)
 
     def table(self, table: np.ndarray) -> Any:
         """A ramp or curve on the device."""

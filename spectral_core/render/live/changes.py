@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The difference between two scenes, as little as has to be sent: items that are equal go as their names."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import Scene
+
+KINDS = ("meshes", "materials", "instances", "lights", "volumes")
+"""Fields of a scene that are tuples of named items."""
+SINGLES = ("camera", "film", "world", "settings", "notes")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneChange:
+    """From one scene to the next. ``items``: by kind the new items in order, an unchanged one as its place in the old
+    scene. ``singles``: what is there once and has changed.
+    """
+
+    items: dict[str, tuple[Any, ...]]
+    singles: dict[str, Any]
+
+    def applied_to(self, scene: Scene) -> Scene:
+        """The new scene; unchanged items are the very objects of ``scene``."""
+        changes: dict[str, Any] = dict(self.singles)
+        for kind, items in self.items.items():
+            old = getattr(scene, kind)
+            changes[kind] = tuple(old[item] if isinstance(item, int) else item for item in items)
+        return dataclasses.replace(scene, **changes)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the two scenes are equal."""
+        return not self.items and not self.singles
+
+
+def difference(old: Scene, new: Scene) -> SceneChange:
+    """What turns ``old`` into ``new``."""
+    items: dict[str, tuple[Any, ...]] = {}
+    for kind in KINDS:
+        before, after = getattr(old, kind), getattr(new, kind)
+        if before is after:
+            continue
+        places = {item.name: place for place, item in enumerate(before)}
+        change = []
+        for item in after:
+            place = places.get(item.name)
+            is_same = place is not None and equal(before[place], item)
+            change.append(place if is_same else item)
+        if change != list(range(len(before))):
+            items[kind] = tuple(change)
+    singles = {name: getattr(new, name) for name in SINGLES if not equal(getattr(old, name), getattr(new, name))}
+    return SceneChange(items, singles)
+
+
+def equal(first: Any, second: Any) -> bool:
+    """Whether two pieces of scene data hold the same; what is the same object is not looked at."""
+    if first is second:
+        return True
+    if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
+        alike = isinstance(first, np.ndarray) and isinstance(second, np.ndarray) and first.dtype == second.dtype
+        return alike and first.shape == second.shape and bool(np.array_equal(first, second))
+    if type(first) is not type(second):
+        return False
+    if dataclasses.is_dataclass(first):
+        return all(equal(getattr(first, f.name), getattr(second, f.name)) for f in dataclasses.fields(first))
+    if isinstance(first, (tuple, list)):
+        return len(first) == len(second) and all(map(equal, first, second))
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(equal(first[key], second[key]) for key in first)
+    return bool(first == second)

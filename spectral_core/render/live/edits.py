@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Changes of single things in a loaded scene, each made in place, or refused with nothing said about why.
+
+A refusal is no error: the scene is then loaded as a whole, which is always right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.job import Loaded
+from spectral_core.render.live.changes import equal
+from spectral_core.render.live.transplant import transplant
+from spectral_core.render.mitsuba_scene import geometry, light, surface
+from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
+from spectral_core.render.mitsuba_scene.light import LightObject
+from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
+
+LEAST_VOLUME = 1e-6
+"""Condition number over which a matrix is too flat for an instance, as a share."""
+
+
+class Edit:
+    """One change of a loaded scene from ``old`` to ``new``. Call ``finish`` after all its parts were made."""
+
+    def __init__(self, loaded: Loaded, old: Scene, new: Scene) -> None:
+        self._mi, self._loaded, self._parts = loaded.mitsuba, loaded, loaded.scene.parts
+        self._old, self._new = old, new
+        self._moved = False
+        self._rows_changed = False
+
+    def finish(self) -> None:
+        """Let Mitsuba build anew what finds the nearest hit, where anything has moved."""
+        if self._rows_changed:
+            self._parts.context.tables.rebuild()
+        if self._moved:
+            self._loaded.scene.scene.parameters_changed()
+
+    def _made(self) -> int:
+        return len(self._parts.context.made)
+
+    def _drop(self, kept: int) -> None:
+        """Forget what was made only to be read from."""
+        del self._parts.context.made[kept:]
+
+    def material(self, old: Material, new: Material) -> bool:
+        """Another number of a material."""
+        if not equal(old.medium, new.medium):
+            return False
+        if old.name not in self._parts.shapes.bsdfs:  # worn by nothing that is seen
+            return True
+        context, kept = self._parts.context, self._made()
+        was = surface.emission(context, old.surface, old.name)
+        radiance = surface.emission(context, new.surface, new.name)
+        if (was is None) != (radiance is None):
+            self._drop(kept)
+            return False
+        made = surface.bsdf(context, new.surface, new.name)
+        done = transplant(self._parts.shapes.bsdfs[new.name], made, self._mi)
+        if done and radiance is not None:
+            done = all(transplant(emitter.radiance, radiance, self._mi) for emitter in self._emitters_of(new.name))
+        self._drop(kept)
+        return done
+
+    def _emitters_of(self, name: str) -> list[Any]:
+        """Emitters of the shapes that wear a material."""
+        found = []
+        for instance in self._new.instances:
+            if name in instance.materials:
+                shapes = self._parts.placed[instance.name]
+                worn = [shape for shape in shapes if shape.bsdf() is self._parts.shapes.bsdfs[name]]
+                found += [shape.emitter() for shape in worn if shape.emitter() is not None]
+        return found
+
+    def light(self, old: Light, new: Light) -> bool:
+        """Another number of a lamp, or another place of it."""
+        rules = ("group", "hidden_from", "max_bounces", "camera_visible", "casts_shadow")
+        if type(old) is not type(new) or any(not equal(_of(old, name), _of(new, name)) for name in rules):
+            return False
+        kept = self._made()
+        meshes = {mesh.name: [mesh.positions] for mesh in self._new.meshes if len(mesh.positions)}
+        made = light.light_objects(self._parts.context, new, bounding_sphere(self._new, meshes))
+        there = self._parts.lights[old.name]
+        done = len(made) == len(there)
+        for mine, given in zip(there, made, strict=False):
+            done = done and self._carry(mine, given)
+        self._drop(kept)
+        return done
+
+    def _carry(self, mine: LightObject, given: LightObject) -> bool:
+        if not transplant(mine.emitter, given.emitter, self._mi):
+            return False
+        if mine.entry is mine.emitter:
+            return True
+        own, theirs = self._mi.traverse(mine.entry), self._mi.traverse(given.entry)
+        names = [name for name in own.keys() if "." not in name]  # noqa: SIM118 - not a dict
+        changed = [name for name in names if not _same(own[name], theirs[name])]
+        if any(np.shape(own[name]) != np.shape(theirs[name]) for name in changed):
+            return False
+        for name in changed:
+            own[name] = theirs[name]
+        if changed:
+            own.update()
+            mine.entry.surface_area()  # Mitsuba makes its table of areas when it is asked for them
+            self._moved = True
+        return True
+
+    def world(self, old: World, new: World) -> bool:
+        """Another number of the surroundings."""
+        if old.is_black or new.is_black or not equal(_without_color(old), _without_color(new)):
+            return False
+        if old.camera_view is not None or new.camera_view is not None:
+            return False
+        kept = self._made()
+        done = transplant(self._parts.world, light.world_emitter(self._parts.context, new), self._mi)
+        self._drop(kept)
+        return done
+
+    def place(self, old: Instance, new: Instance) -> bool:
+        """Another place of an object."""
+        if not equal(replace(old, world_from_object=new.world_from_object), new):
+            return False
+        shapes, matrix = self._parts.placed[old.name], new.world_from_object
+        if np.linalg.cond(matrix[:3, :3]) > 1 / LEAST_VOLUME or len(shapes) != 1:
+            return False
+        if shapes[0].class_name() != "Instance":
+            return False  # it glows, so it stands in the scene as triangles of its own
+        parameters = self._mi.traverse(shapes[0])
+        if "to_world" not in parameters:
+            return False
+        parameters["to_world"] = type(parameters["to_world"])(self._mi.ScalarTransform4f(matrix))
+        parameters.update()
+        self._parts.context.tables.place(shapes[0], new, is_instance=True)
+        self._rows_changed = self._moved = True
+        return True
+
+    def mesh(self, old: Mesh, new: Mesh) -> bool:
+        """Other positions, normals, coordinates of a mesh of the same triangles."""
+        if not equal(old.triangles, new.triangles) or not equal(old.material_indices, new.material_indices):
+            return False
+        if [a.name for a in old.attributes] != [a.name for a in new.attributes]:
+            return False
+        if any(
+            i.mesh == new.name and self._parts.placed[i.name] and not self._is_placed(i) for i in self._new.instances
+        ):
+            return False
+        before, after = geometry.split_by_material(old), geometry.split_by_material(new)
+        shapes = self._parts.shapes.meshes.get(new.name, [])
+        for index, shape, group in shapes:
+            if index not in after or not geometry.fill(self._mi, shape, before[index], after[index]):
+                return False
+            group.parameters_changed()
+        self._moved = True
+        return True
+
+    def _is_placed(self, instance: Instance) -> bool:
+        return all(shape.class_name() == "Instance" for shape in self._parts.placed[instance.name])
+
+
+def _of(item: Any, name: str) -> Any:
+    return getattr(item, name, None)
+
+
+def _without_color(world: World) -> World:
+    return replace(world, color=World().color, strength=1.0)
+
+
+def _same(first: Any, second: Any) -> bool:
+    return np.shape(first) == np.shape(second) and np.array_equal(np.array(first), np.array(second))

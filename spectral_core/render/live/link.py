@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A session's end of the live render process: scenes go out as changes, pictures come in, a crash is recovered from."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import RenderError
+from spectral_core.render.live.area import PixelArea
+from spectral_core.render.live.changes import difference
+from spectral_core.render.live.messages import AreaName, Frame, Trouble
+from spectral_core.render.live.view import ViewRequest
+from spectral_core.render.process.renderer import Worker, find_python
+from spectral_core.scene import Scene
+
+MODULE = "spectral_core.render.live.server"
+MOST_CRASHES, CRASH_SPAN_S = 3, 30.0
+"""After so many crashes in so long a time the process is started again only by the next change."""
+MEMORY_GROWTH, MEMORY_ALLOWANCE = 3.0, 1e9
+"""A process that takes so many times what it took after its first picture, and so many bytes, is replaced."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """A view's latest picture: ``pixels`` (height, width, 4) linear sRGB and coverage, row 0 at the bottom."""
+
+    pixels: NDArray[np.float32]
+    frame: Frame
+
+
+@dataclass
+class _View:
+    request: ViewRequest
+    area: PixelArea
+    on_news: Callable[[], None]
+    shown: Shown | None = None
+    trouble: str = ""
+
+
+class LiveLink:
+    """The scenes and views of one session, and the process that shows them. Safe to use from any thread.
+
+    The process starts with the first view. Where it dies, another one gets every scene and view anew; meanwhile
+    ``trouble`` says so. ``close`` ends it.
+    """
+
+    def __init__(self, python: str | None = None) -> None:
+        self._python = python
+        self._lock = threading.RLock()
+        self._news = threading.Condition(self._lock)
+        self._worker: Worker | None = None
+        self._scenes: dict[str, Scene] = {}
+        self._views: dict[str, _View] = {}
+        self._generation = 0
+        self._crashes: list[float] = []
+        self._is_starting = self._is_closed = False
+        self._first_memory = 0
+        self.restarts = 0
+        """How often a process was started again after one had died or grown too large."""
+        self.sent_scenes = 0
+        """Scenes that were sent whole; all else went as changes."""
+
+    def show(self, stage: str, scene: Scene) -> bool:
+        """Make ``scene`` what is on a stage. True where it differs from what was there."""
+        with self._lock:
+            old = self._scenes.get(stage)
+            if old is scene:
+                return False
+            if old is None:
+                self._scenes[stage] = scene
+                self._post_scene(stage)
+                return True
+            change = difference(old, scene)
+            # not ``new``: what is unchanged stays the very same object, and is not compared again
+            self._scenes[stage] = change.applied_to(old)
+            if not change.is_empty:
+                self._post(("change", (stage, change)))
+            return not change.is_empty
+
+    def look(self, view: str, request: ViewRequest, on_news: Callable[[], None]) -> int:
+        """Ask for a picture; returns its generation. ``on_news``: called from another thread after each picture."""
+        with self._lock:
+            self._generation += 1
+            request = replace(request, generation=self._generation)
+            pixels = (request.width + 8) * (request.height + 8)
+            kept = self._views.get(view)
+            if kept is None or kept.area.pixels < pixels:
+                shown = None if kept is None else kept.shown
+                if kept is not None:
+                    kept.area.remove()
+                self._views[view] = _View(request, PixelArea.make(pixels), on_news, shown)
+            else:
+                kept.request, kept.on_news, kept.trouble = request, on_news, ""
+            if self._worker is None:
+                self._start()
+            else:
+                self._post_view(view)
+            return self._generation
+
+    def latest(self, view: str) -> Shown | None:
+        """The picture of a view that came last, whatever request it answers."""
+        with self._lock:
+            return self._views[view].shown if view in self._views else None
+
+    def trouble(self, view: str) -> str:
+        """Why a view shows nothing new, "" where all is well."""
+        with self._lock:
+            return self._views[view].trouble if view in self._views else ""
+
+    def wait(self, view: str, generation: int, seconds: float) -> bool:
+        """Wait until a picture of ``generation`` or later is there, or a word of trouble; False where none came."""
+        end = time.monotonic() + seconds
+        with self._news:
+            while True:
+                kept = self._views.get(view)
+                if kept is None:
+                    return False
+                if kept.shown is not None and kept.shown.frame.generation >= generation:
+                    return True
+                left = end - time.monotonic()
+                if left <= 0 or kept.trouble or self._is_closed:
+                    return False
+                self._news.wait(left)
+
+    def close_view(self, view: str) -> None:
+        """Trace a view no more."""
+        with self._lock:
+            kept = self._views.pop(view, None)
+            if kept is not None:
+                kept.area.remove()
+                self._post(("close", view))
+
+    def drop(self, stage: str) -> None:
+        """Forget a stage and the views that look at it."""
+        with self._lock:
+            self._scenes.pop(stage, None)
+            for name in [name for name, kept in self._views.items() if kept.request.stage == stage]:
+                self.close_view(name)
+            self._post(("drop", stage))
+
+    @property
+    def process_id(self) -> int | None:
+        """Process id of the renderer, None while there is none."""
+        with self._lock:
+            return None if self._worker is None or not self._worker.alive else self._worker.process.pid
+
+    def close(self) -> None:
+        """End the process and take all files away."""
+        with self._news:
+            self._is_closed = True
+            for kept in self._views.values():
+                kept.area.remove()
+            self._views.clear()
+            worker, self._worker = self._worker, None
+            self._news.notify_all()
+        if worker is not None:
+            worker.end()
+
+    def _post_scene(self, stage: str) -> None:
+        self.sent_scenes += self._worker is not None
+        self._post(("scene", (stage, self._scenes[stage])))
+
+    def _post_view(self, name: str) -> None:
+        kept = self._views[name]
+        self._post(("view", (name, kept.request, AreaName(kept.area.path, kept.area.pixels))))
+
+    def _post(self, message: Any) -> None:
+        if self._worker is None:
+            return
+        with contextlib.suppress(RenderError):  # the thread that reads hears of it, too, and starts another
+            self._worker.post(message)
+
+    def _start(self) -> None:
+        """Start a process, on a thread: the session does not wait for it."""
+        if not self._is_starting and not self._is_closed:
+            self._is_starting = True
+            threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self) -> None:
+        """Start a process, tell it all there is, and hear what it says until it ends."""
+        try:
+            worker = Worker(self._python or find_python(), MODULE)
+        except RenderError as error:
+            self._is_starting = False
+            self._say(str(error))
+            return
+        with self._lock:
+            self._is_starting, self._first_memory = False, 0
+            if self._is_closed:
+                worker.end()
+                return
+            self._worker = worker
+            for stage in self._scenes:
+                self._post_scene(stage)
+            for name in self._views:
+                self._post_view(name)
+        try:
+            while worker is self._worker:
+                message = worker.next_message(1.0)
+                if message is not None:
+                    self._hear(worker, *message)
+        except RenderError as error:
+            self._after_crash(worker, str(error))
+        except ValueError:
+            pass  # it was ended from here meanwhile, and its log is closed
+
+    def _hear(self, worker: Worker, kind: str, content: Any) -> None:
+        with self._news:
+            if worker is not self._worker:
+                return
+            kept = self._views.get(content.view)
+            if kept is None:
+                return
+            if kind == "frame":
+                pixels = kept.area.read(content.place)
+                if pixels is None:
+                    return
+                kept.shown = Shown(pixels, content)
+                if content.generation >= kept.request.generation:
+                    kept.trouble = ""
+            elif kind == "trouble":
+                assert isinstance(content, Trouble)
+                kept.trouble = content.message
+            told = kept.on_news
+            self._news.notify_all()
+            too_large = kind == "frame" and self._is_too_large(content.memory)
+        told()
+        if too_large:
+            self._replace(worker)
+
+    def _is_too_large(self, memory: int) -> bool:
+        self._first_memory = self._first_memory or memory
+        return memory > MEMORY_GROWTH * self._first_memory + MEMORY_ALLOWANCE
+
+    def _replace(self, worker: Worker) -> None:
+        """Start a fresh process in place of one that has grown too large."""
+        with self._lock:
+            if worker is self._worker:
+                self._worker = None
+                worker.end()
+                self.restarts += 1
+                self._start()
+
+    def _after_crash(self, worker: Worker, text: str) -> None:
+        with self._news:
+            if worker is not self._worker or self._is_closed:
+                return
+            self._worker = None
+            worker.end()
+            now = time.monotonic()
+            self._crashes = [moment for moment in self._crashes if now - moment < CRASH_SPAN_S] + [now]
+            gives_up = len(self._crashes) > MOST_CRASHES
+            ending = "It is tried again after the next change." if gives_up else "It is started again."
+            self._say(f"{text.splitlines()[0].split('. Nothing')[0]}. {ending}")
+            if not gives_up:
+                self.restarts += 1
+                self._start()
+
+    def _say(self, text: str) -> None:
+        """Let every view know of trouble."""
+        with self._news:
+            for kept in self._views.values():
+                kept.trouble = text
+            callbacks = [kept.on_news for kept in self._views.values()]
+            self._news.notify_all()
+        for told in callbacks:
+            told()

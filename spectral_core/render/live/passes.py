@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The picture of a view in interleaved passes: every few pixels first, then those between, then more samples.
+
+One launch traces one pixel of each block of ``stride`` × ``stride``. The first launch is a small picture of the whole
+view; all of a block's pixels together are a sample of the full one. A launch is recorded once (``dr.freeze``) and
+played back with other numbers; where recording fails, launches are made anew each time and are slower.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.job import Loaded
+from spectral_core.render.live.held import held, lay_open
+from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
+from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.scene import Camera, Film
+
+
+def block_order(stride: int) -> list[tuple[int, int]]:
+    """Offsets of a block in the order in which they are traced: every prefix of 1, 4, 16, … is an even grid."""
+    order = [(0, 0)]
+    step = stride
+    while step > 1:
+        half = step // 2
+        order += [(x + dx, y + dy) for dx, dy in ((half, half), (half, 0), (0, half)) for x, y in list(order)]
+        step = half
+    return order
+
+
+class Launcher(Accumulator):
+    """Traces launches of one loaded scene; the recording is shared by all views of it."""
+
+    def __init__(self, loaded: Loaded, film: Film) -> None:
+        import drjit
+
+        sampling = replace(film, width=1, height=1, crop=None)
+        super().__init__(loaded.mitsuba, Camera(world_from_camera=np.eye(4)), sampling, loaded.wavelengths)
+        self._loaded = loaded
+        self._inputs: Any = None
+        self._camera: Any = None
+        self._frame: Any = None
+        self._frozen = drjit.freeze(self._launch)
+        self.is_recorded = True
+        """Whether launches are recorded and played back, which saves most of their time."""
+
+    @property
+    def recordings(self) -> int:
+        """How often a launch was recorded so far."""
+        return int(self._frozen.n_recordings)
+
+    def refresh(self) -> None:
+        """Look again at what the scene's objects hold; call after something in it has changed."""
+        mi, parts = self._mi, self._loaded.scene.parts
+        lay_open(parts.context.made, mi)
+        plugins = [*parts.context.made, self._loaded.first_hit.background, self._loaded.scene.rules.camera_world]
+        plugins = [plugin for plugin in plugins if isinstance(plugin, mi.Object)]
+        own = [self._offsets, *(vars(self).get(name) for name in ("_draw", "_cell_start", "_cell_width"))]
+        own += [*vars(self).get("_starts", ()), *vars(self).get("_ends", ())]
+        ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
+        self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
+
+    def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]) -> tuple[Any, Any]:
+        """Sums (color, coverage) after one more launch over the pixels ``lane`` of a grid.
+
+        ``camera``: ``Viewpoint.numbers``; ``numbers``: columns of the grid, pixels between two of it, its offset in x
+        and y, first and last sample, seed, width and height of the picture.
+        """
+        if self._inputs is None:
+            self.refresh()
+        launch = self._frozen if self.is_recorded else self._launch
+        try:
+            result = launch(self._inputs, camera, numbers, lane, sums)
+        except RuntimeError as error:
+            if not self.is_recorded:
+                raise
+            print(f"live view: launches are not recorded, as Dr.Jit says: {error}")
+            self.is_recorded = False
+            result = self._launch(self._inputs, camera, numbers, lane, sums)
+        finally:
+            self._camera = self._frame = None
+        return result
+
+    def _launch(self, inputs: Any, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]) -> tuple[Any, Any]:
+        mi, dr = self._mi, self._dr
+        columns, stride, left, bottom, first, total, seed, width, height = (
+            dr.gather(mi.UInt32, numbers, mi.UInt32(k)) for k in range(9)
+        )
+        # lanes past the end of the last packet read 0, and a division by it ends the process
+        columns = dr.maximum(columns, 1)
+        x, y = (lane % columns) * stride + left, (lane // columns) * stride + bottom
+        corner = mi.Point2f(mi.Float(x), mi.Float(y))
+        self._camera, self._frame = camera, (mi.Float(width), mi.Float(height))
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(y * width + x, seed, 6)[0])
+        first_hit, integrator = self._loaded.first_hit, self._loaded.integrator
+
+        def body(index: Any, color: Any, covered: Any) -> Any:
+            sampler.begin(index)
+            ray, cells, within = self._ray(corner, sampler)
+            radiance, coverage, _ = self._follow(first_hit, integrator, sampler, ray)
+            measured = self._measure(radiance, cells, within)
+            measured = dr.select(dr.all(dr.abs(measured) < LARGEST_SAMPLE), measured, 0.0)
+            return index + 1, color + measured, covered + coverage
+
+        _, color, covered = dr.while_loop(
+            (first, *sums), lambda index, *_: index < total, body, labels=("index", "color", "covered")
+        )
+        return color, covered
+
+    def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
+        """Ray of a sample through the view's window; every number of it is read by the kernel."""
+        mi, dr = self._mi, self._dr
+        place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
+        n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(21)]
+        origin, right, up, back = (mi.Vector3f(*n[k : k + 3]) for k in (0, 3, 6, 9))
+        offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
+        x = dr.lerp(n[12], n[14], (corner.x + 0.5 + offset.x) / self._frame[0])
+        y = dr.lerp(n[13], n[15], (corner.y + 0.5 + offset.y) / self._frame[1])
+        is_perspective, near, length, radius, focus = n[16] > 0.5, *n[17:]
+        lens = mi.warp.square_to_uniform_disk_concentric(aperture) * radius
+        toward_x = dr.select(is_perspective, x, 0.0) - lens.x / focus
+        toward_y = dr.select(is_perspective, y, 0.0) - lens.y / focus
+        start_x = dr.select(is_perspective, 0.0, x) + lens.x + near * toward_x
+        start_y = dr.select(is_perspective, 0.0, y) + lens.y + near * toward_y
+        per_depth = dr.sqrt(1.0 + toward_x * toward_x + toward_y * toward_y)
+        ray = dr.zeros(mi.RayDifferential3f)
+        ray.o = mi.Point3f(origin + right * start_x + up * start_y - back * near)
+        ray.d = (right * toward_x + up * toward_y - back) / per_depth
+        ray.maxt = per_depth * length
+        ray.has_differentials = False
+        return ray, *self._draw_wavelengths(ray, spectral)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A view's picture on its way: which launch is next, how many samples it takes, and what can be shown so far."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.live.passes import Launcher, block_order
+from spectral_core.render.live.view import ViewRequest
+from spectral_core.spectra.color import RGB_FROM_XYZ
+
+Pixels = NDArray[np.float32]
+
+LAUNCH_S = 0.06
+"""A launch of a picture at rest grows to about so long: the wait of a change that comes meanwhile."""
+MOST_SAMPLES = 16
+"""Samples per pixel of one launch."""
+
+
+class ViewPicture:
+    """Sums of one view, a grid of pixels for each place in a block of ``stride`` × ``stride``."""
+
+    def __init__(self, launcher: Launcher, request: ViewRequest, stride: int) -> None:
+        import drjit as dr
+
+        mi = launcher._mi
+        self._launcher, self.request, self.stride = launcher, request, stride
+        self._order = block_order(stride)
+        self.columns, self.rows = -(-request.width // stride), -(-request.height // stride)
+        count = self.columns * self.rows
+        self._lane = dr.arange(mi.UInt32, count)
+        self._blank = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3))), dr.opaque(mi.Float, 0.0, count)
+        dr.make_opaque(self._lane)
+        self._camera = mi.Float([float(value) for value in request.viewpoint.numbers])
+        self._sums: dict[tuple[int, int], Any] = {}
+        self._counts: dict[tuple[int, int], int] = {}
+        self._sweep = 1
+        self._next = 0
+        self.samples = 0
+        """Samples that every pixel has."""
+        self.launches = 0
+        self.seconds = 0.0
+        self.latest_seconds, self.latest_samples = 0.0, 1
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has the samples that were asked for."""
+        return self.samples >= self.request.samples
+
+    @property
+    def level(self) -> int:
+        """Pixels between two that can be shown: the stride at first, 1 for the full picture; 0 before the first."""
+        if self.samples:
+            return 1
+        return next((self.stride // (1 << k) for k in (3, 2, 1, 0) if self._next >= 4**k and self.stride >> k), 0)
+
+    def step(self) -> bool:
+        """Trace the next launch. True where there is more to show than before it."""
+        import drjit as dr
+
+        mi, place, before = self._launcher._mi, self._order[self._next], self.level
+        first = self._counts.get(place, 0)
+        last = min(first + self._sweep, self.request.samples)
+        width, height = self.request.width, self.request.height
+        seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
+        numbers = mi.UInt32([self.columns, self.stride, *place, first, last, seed, width, height])
+        start = time.perf_counter()
+        sums = self._launcher.trace(self._camera, numbers, self._lane, self._sums.get(place, self._blank))
+        dr.eval(sums)
+        dr.sync_thread()
+        took = time.perf_counter() - start
+        self.seconds += took
+        self.latest_seconds, self.latest_samples = took, last - first
+        self.launches += 1
+        self._sums[place], self._counts[place] = sums, last
+        self._next += 1
+        if self._next == len(self._order):
+            self._next, self.samples = 0, last
+            if took < LAUNCH_S / 2:
+                self._sweep = min(2 * self._sweep, MOST_SAMPLES)
+            elif took > 2 * LAUNCH_S:
+                self._sweep = max(1, self._sweep // 2)
+            return True
+        return self.level != before or (self.samples > 0 and self._next % self.stride == 0)
+
+    def pixels(self) -> Pixels:
+        """(rows, columns, 4) linear sRGB and coverage of the finest level that is whole, row 0 at the bottom."""
+        level = self.level
+        step = level or self.stride
+        blocks = self.stride // step
+        shown = np.zeros((self.rows * blocks, self.columns * blocks, 4), np.float32)
+        for (x, y), sums in self._sums.items():
+            if x % step or y % step:
+                continue
+            color, covered = sums
+            part = np.empty((self.columns * self.rows, 4), np.float32)
+            colors = np.array(color, dtype=np.float32).T
+            part[:, :3] = colors if self._launcher._plan is None else colors @ RGB_FROM_XYZ.T.astype(np.float32)
+            part[:, 3] = np.array(covered)
+            part /= self._counts[x, y]
+            shown[y // step :: blocks, x // step :: blocks] = part.reshape(self.rows, self.columns, 4)
+        shown[..., :3] *= np.float32(self.request.exposure)
+        height, width = -(-self.request.height // step), -(-self.request.width // step)
+        return shown[:height, :width]

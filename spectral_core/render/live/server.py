@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The live render process: keeps scenes loaded, changes them as it is told, and traces the views that look at them."""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+import traceback
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from spectral_core.errors import SpectralError
+from spectral_core.render.live.area import PixelArea
+from spectral_core.render.live.messages import AreaName, Frame, Trouble
+from spectral_core.render.live.picture import ViewPicture
+from spectral_core.render.live.stage import Stage
+from spectral_core.render.live.view import ViewRequest
+from spectral_core.render.process.messages import receive, send
+from spectral_core.scene import Scene
+
+STRIDES = (4, 8)
+"""Pixels between two of the first picture, for a scene that is quick to trace and for one that is slow."""
+FIRST_PICTURE_S = 0.05
+"""A first picture that would take longer is made coarser."""
+
+
+@dataclass
+class _Kept:
+    """A stage and what it has yet to show. ``seconds``: of a launch per pixel of its grid, None before the first."""
+
+    stage: Stage = field(default_factory=Stage)
+    scene: Scene | None = None
+    is_pending: bool = False
+    seconds: float | None = None
+    trouble: str = ""
+
+
+@dataclass
+class _View:
+    request: ViewRequest
+    area: PixelArea
+    picture: ViewPicture | None = None
+    started: float = 0.0
+
+
+class Server:
+    """Serves one session. ``tell``: sends a message to it."""
+
+    def __init__(self, tell: Any) -> None:
+        self._tell = tell
+        self._stages: dict[str, _Kept] = {}
+        self._views: dict[str, _View] = {}
+        self._paused = False
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is left to trace until the next message."""
+        return self._next_view() is None
+
+    def hear(self, kind: str, content: Any) -> None:
+        """Take a message; nothing is traced or loaded yet."""
+        if kind == "scene":
+            name, scene = content
+            kept = self._stages.setdefault(name, _Kept())
+            kept.scene, kept.is_pending = scene, True
+        elif kind == "change":
+            name, change = content
+            kept = self._stages[name]
+            assert kept.scene is not None
+            kept.scene, kept.is_pending = change.applied_to(kept.scene), True
+        elif kind == "view":
+            name, request, area = content
+            self._hear_view(name, request, area)
+        elif kind == "close":
+            self._views.pop(content, None)
+        elif kind == "drop":
+            self._stages.pop(content, None)
+            self._views = {name: view for name, view in self._views.items() if view.request.stage != content}
+
+    def _hear_view(self, name: str, request: ViewRequest, area: AreaName) -> None:
+        view = self._views.get(name)
+        if view is None or view.area.path != area.path:
+            self._views[name] = _View(request, PixelArea(area.path, area.pixels))
+        else:
+            view.request, view.picture = request, None
+
+    def work(self) -> None:
+        """Bring scenes up to date, and trace one launch of the view that has waited longest."""
+        for name, kept in self._stages.items():
+            if kept.is_pending and kept.scene is not None:
+                self._bring_up(name, kept)
+        found = self._next_view()
+        if found is None:
+            return
+        name, view = found
+        kept = self._stages[view.request.stage]
+        try:
+            self._trace(name, view, kept)
+        except SpectralError as error:
+            self._say_trouble(view.request.stage, kept, str(error))
+        except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
+            traceback.print_exc()
+            self._say_trouble(view.request.stage, kept, f"{type(error).__name__}: {error}")
+
+    def _bring_up(self, name: str, kept: _Kept) -> None:
+        for view in self._views.values():  # they hold on to the scene as it was
+            if view.request.stage == name:
+                view.picture = None
+        kept.is_pending, kept.trouble = False, ""
+        assert kept.scene is not None
+        try:
+            if kept.stage.scene is not None:
+                kept.stage.activate()
+            loads = kept.stage.loads
+            kept.stage.show(kept.scene)
+            if kept.stage.loads != loads:
+                kept.seconds = None
+        except SpectralError as error:
+            self._say_trouble(name, kept, str(error))
+        except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
+            traceback.print_exc()
+            kept.stage.forget()
+            self._say_trouble(name, kept, f"{type(error).__name__}: {error}")
+
+    def _say_trouble(self, name: str, kept: _Kept, text: str) -> None:
+        kept.trouble = text
+        kept.stage.forget()
+        for view_name, view in self._views.items():
+            if view.request.stage == name:
+                self._tell(("trouble", Trouble(view_name, view.request.generation, text)))
+
+    def _next_view(self) -> tuple[str, _View] | None:
+        """The view that has shown least for its present request."""
+        waiting = [
+            (0 if view.picture is None else view.picture.launches, name)
+            for name, view in self._views.items()
+            if self._can_trace(view)
+        ]
+        return None if not waiting else (min(waiting)[1], self._views[min(waiting)[1]])
+
+    def _can_trace(self, view: _View) -> bool:
+        kept = self._stages.get(view.request.stage)
+        if kept is None or kept.scene is None or kept.trouble:
+            return False
+        return view.picture is None or not view.picture.is_done
+
+    def _trace(self, name: str, view: _View, kept: _Kept) -> None:
+        stage, request = kept.stage, view.request
+        stage.activate()
+        if view.picture is None:
+            view.picture = ViewPicture(stage.launcher, request, self._stride(request, kept))
+            view.started = time.monotonic()
+        picture = view.picture
+        stage.look_from(request.viewpoint)
+        shows_more = picture.step()
+        kept.seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
+        if shows_more:
+            place = view.area.write(picture.pixels())
+            spent = time.monotonic() - view.started
+            self._tell(("frame", Frame(
+                name, request.generation, place, picture.level, picture.samples, picture.is_done, spent,
+                memory_bytes(), stage.how, stage.plan.is_spectral, stage.notes if picture.launches == 1 else (),
+            )))  # fmt: skip
+
+    def _stride(self, request: ViewRequest, kept: _Kept) -> int:
+        """How coarse the first picture is, so that it comes soon."""
+        if kept.seconds is None:
+            return STRIDES[0]
+        pixels = request.width * request.height
+        return next((s for s in STRIDES if kept.seconds * pixels / s**2 < FIRST_PICTURE_S), STRIDES[-1])
+
+
+def memory_bytes() -> int:
+    """Memory of this process that is resident, 0 where the system does not say."""
+    try:
+        return int(Path("/proc/self/statm").read_text("ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, AttributeError):
+        return 0
+
+
+def main() -> None:
+    """Serve until the input closes."""
+    faulthandler.enable()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the session's to answer
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a library prints goes to the log, not between the messages
+    messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
+    send(answers, ("ready", os.getpid()))
+    server = Server(lambda message: _tell(answers, message))
+    while True:
+        if server.is_idle:
+            server.hear(*messages.get())
+        while not messages.empty():
+            server.hear(*messages.get())
+        server.work()
+
+
+def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
+    while True:
+        try:
+            messages.put(receive(stream))
+        except (EOFError, OSError):
+            os._exit(0)  # the session is gone
+
+
+def _tell(answers: BinaryIO, message: Any) -> None:
+    try:
+        send(answers, message)
+    except OSError:
+        os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene that is kept loaded: changes of numbers, places and shapes are put into it, others load it anew."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import SpectralError
+from spectral_core.render.job import Measure, RenderJob
+from spectral_core.render.live import edits
+from spectral_core.render.live.changes import difference, equal
+from spectral_core.render.live.held import lay_open
+from spectral_core.render.live.passes import Launcher
+from spectral_core.render.live.view import Viewpoint
+from spectral_core.render.mitsuba_scene.assemble import scene_radius
+from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.effects import plan_from_data
+from spectral_core.render.plan.simulated import simulated_scene
+from spectral_core.render.variant import activate, choose_backend
+from spectral_core.scene import Note, Scene
+
+
+class Stage:
+    """One scene as Mitsuba has it. ``show`` brings it up to date; ``launcher`` traces it.
+
+    ``loads``: how often it was loaded as a whole. ``number``: grows with every change, so that pictures of an older
+    scene are known.
+    """
+
+    def __init__(self) -> None:
+        self.scene: Scene | None = None
+        self.loads = 0
+        self.number = 0
+        self.how = ""
+        """How the last change was made: "loaded", or what was changed in place."""
+        self._simulated: Scene | None = None
+        self._plan: EffectPlan | None = None
+        self._job: RenderJob | None = None
+        self._launcher: Launcher | None = None
+        self._seen_from: Viewpoint | None = None
+
+    @property
+    def launcher(self) -> Launcher:
+        """What traces the scene."""
+        assert self._launcher is not None, "nothing was loaded yet"
+        return self._launcher
+
+    @property
+    def plan(self) -> EffectPlan:
+        """What is simulated."""
+        assert self._plan is not None, "nothing was loaded yet"
+        return self._plan
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What is shown as something near to it."""
+        return () if self.scene is None or self._job is None else self.scene.notes + self._job.notes
+
+    def show(self, scene: Scene) -> None:
+        """Bring the stage up to date with ``scene``.
+
+        Raises InvalidInputError or RenderError where it cannot be rendered; the next scene is then loaded as a whole.
+        """
+        try:
+            self._show(scene)
+        except SpectralError:
+            self.forget()
+            raise
+
+    def forget(self) -> None:
+        """Drop what was loaded."""
+        self.scene = self._simulated = self._plan = self._job = self._launcher = self._seen_from = None
+        # Mitsuba's objects stand in circles with our plugins. Freed, they leave their numbers in Mitsuba's registry to
+        # the next scene's, whose kernels are then the same and need not be compiled again.
+        gc.collect()
+
+    def _show(self, scene: Scene) -> None:
+        plan = plan_from_data(scene, 0.0)  # what is left out must not change from edit to edit
+        simulated = simulated_scene(scene, plan)
+        if self._job is not None and self._can_stay(scene, simulated, plan):
+            done = self._change(simulated)
+            if done is not None:
+                self.scene, self._simulated, self._plan, self.how = scene, simulated, plan, done
+                self.number += 1 if done else 0
+                return
+        self._load(scene, simulated, plan)
+
+    def activate(self) -> None:
+        """Make the stage's variant the active one, as several stages may take turns."""
+        assert self.scene is not None
+        activate(choose_backend("spectral" if self.plan.is_spectral else "rgb", self.scene.settings.variant))
+
+    def look_from(self, viewpoint: Viewpoint) -> None:
+        """Let shading programs know the view that is traced next."""
+        if viewpoint.same_as(self._seen_from):
+            return
+        self._seen_from = viewpoint
+        assert self._job is not None
+        context = self._job.loaded.scene.parts.context
+        context.tables.look_from(viewpoint.camera_from_world, viewpoint.window)
+        readers = [made for made in context.made if hasattr(made, "program")]
+        if readers:
+            lay_open(readers, self._job.loaded.mitsuba)
+
+    def _load(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> None:
+        self.forget()
+        self._job = RenderJob(scene, plan, Measure(movable=True))
+        self._launcher = Launcher(self._job.loaded, scene.film)
+        self.scene, self._simulated, self._plan = scene, simulated, plan
+        self.loads += 1
+        self.number += 1
+        self.how = "loaded"
+
+    def _can_stay(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> bool:
+        """Whether a change can be made in what is loaded, as far as one can tell without looking at objects."""
+        old, before = self._simulated, self._plan
+        assert old is not None and before is not None and self.scene is not None
+        if [d.value for d in plan.decisions] != [d.value for d in before.decisions]:
+            return False
+        if not equal(_sampling(scene), _sampling(self.scene)) or not equal(scene.settings, self.scene.settings):
+            return False
+        names = [item.name for item in simulated.instances]
+        if len(set(names)) < len(names) or plan.is_on("media") or not equal(old.volumes, simulated.volumes):
+            return False
+        for kind in ("meshes", "materials", "instances", "lights"):
+            if [item.name for item in getattr(old, kind)] != [item.name for item in getattr(simulated, kind)]:
+                return False
+        return min(scene_radius(scene), scene_radius(self.scene)) >= SMALLEST_RADIUS  # smaller ones are rescaled
+
+    def _change(self, new: Scene) -> str | None:
+        """Make the difference in place. "" where there was none, None where it cannot be made."""
+        assert self._simulated is not None and self._job is not None
+        old, loaded = self._simulated, self._job.loaded
+        change = difference(replace(old, notes=new.notes), new)
+        done: list[str] = []
+        edit = edits.Edit(loaded, old, new)
+        steps: list[tuple[str, str, Callable[[Any, Any], bool]]] = [
+            ("meshes", "meshes", edit.mesh),
+            ("materials", "materials", edit.material),
+            ("lights", "lights", edit.light),
+            ("instances", "places", edit.place),
+        ]
+        for kind, word, make in steps:
+            for before, after in zip(getattr(old, kind), getattr(new, kind), strict=True):
+                if kind in change.items and before is not after and not equal(before, after):
+                    if not make(before, after):
+                        return None
+                    done.append(word)
+        if "world" in change.singles:
+            if not edit.world(old.world, new.world):
+                return None
+            done.append("world")
+        edit.finish()
+        if done:
+            self.launcher.refresh()
+        return ", ".join(dict.fromkeys(done))
+
+
+def _sampling(scene: Scene) -> Any:
+    """What of the film a loaded scene depends on."""
+    film = scene.film
+    return film.transparent, film.filter_width, film.filter_kind, film.seed, np.array(film.pixel_aspect)

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers of a newly made Mitsuba object, put into the one that a scene already has: nothing is compiled again.
+
+Two objects of the same making (equal classes, equal structure, arrays of equal size) differ only in numbers that
+kernels read. Those are carried over; where anything else differs, nothing is. A helper with tables of its own has
+``can_take(other)`` and ``take(other)`` and carries them over itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.live.changes import equal
+
+Step = Callable[[], None]
+
+PASSED_OVER = ("held_numbers",)
+"""Attributes of plugins that a live view has put there itself."""
+
+
+def transplant(old: Any, new: Any, mitsuba: Any) -> bool:
+    """Carry the numbers of ``new`` over into ``old``; False, with nothing changed, where they are not alike."""
+    steps: list[Step] = []
+    if not _plan(old, new, mitsuba, steps, set()):
+        return False
+    for step in steps:
+        step()
+    return True
+
+
+def _plan(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+    """Collect what has to be done; False where the two are not alike."""
+    if old is new or id(old) in seen:
+        return True
+    if type(old) is not type(new):
+        return False
+    if isinstance(old, (str, bytes, bool, int, float, complex, type(None), np.generic, np.ndarray)):
+        return equal(old, new)
+    seen.add(id(old))
+    if isinstance(old, (list, tuple)):
+        return len(old) == len(new) and all(_plan_item(old, k, new[k], mi, steps, seen) for k in range(len(old)))
+    if isinstance(old, dict):
+        return old.keys() == new.keys() and all(_plan_item(old, k, new[k], mi, steps, seen) for k in old)
+    return (_plan_object if isinstance(old, mi.Object) else _plan_helper)(old, new, mi, steps, seen)
+
+
+def _plan_helper(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+    """A plain object that a plugin uses."""
+    if hasattr(old, "can_take"):
+        if old.can_take(new):
+            steps.append(lambda: old.take(new))
+            return True
+        return False
+    if type(old).__module__.startswith("drjit"):
+        return False  # its contents cannot be read without making it another to a recorded launch
+    return hasattr(old, "__code__") or _plan_attributes(old, new, mi, steps, seen)
+
+
+def _plan_attributes(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+    """Attributes of an object of ours."""
+    if not hasattr(old, "__dict__"):
+        return old == new if type(old).__eq__ is not object.__eq__ else False
+    mine = {name: value for name, value in vars(old).items() if name not in PASSED_OVER}
+    if mine.keys() != {name for name in vars(new) if name not in PASSED_OVER}:
+        return False
+    free = getattr(type(old), "NOT_IN_KERNELS", ())
+    for name in free:
+        steps.append(lambda name=name: setattr(old, name, getattr(new, name)))  # type: ignore[misc]
+    return all(_plan_item(old, name, vars(new)[name], mi, steps, seen) for name in mine if name not in free)
+
+
+def _plan_item(owner: Any, key: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+    """One attribute, entry or item of ``owner``; arrays of the just-in-time compiler are put in place."""
+    import drjit as dr
+
+    old = vars(owner)[key] if hasattr(owner, "__dict__") and isinstance(key, str) else owner[key]
+    if not dr.is_array_v(old):
+        return _plan(old, new, mi, steps, seen)
+    if type(old) is not type(new) or dr.shape(old) != dr.shape(new):
+        return False
+    if _holds_the_same(old, new):  # a recorded launch may take another array for another kind, so the old one stays
+        return True
+    if isinstance(owner, tuple):  # its items cannot be replaced, only filled
+        steps.append(lambda: _fill(old, new))
+    elif hasattr(owner, "__dict__"):
+        steps.append(lambda: setattr(owner, key, new))
+    else:
+        steps.append(lambda: owner.__setitem__(key, new))
+    return True
+
+
+def _holds_the_same(old: Any, new: Any) -> bool:
+    return bool(np.array_equal(np.array(old), np.array(new)))
+
+
+def _fill(old: Any, new: Any) -> None:
+    """Make the array ``old`` stand for what ``new`` holds."""
+    if hasattr(old, "assign"):
+        old.assign(new)
+    else:
+        old[:] = new
+
+
+def _plan_object(old: Any, new: Any, mi: Any, steps: list[Step], seen: set[int]) -> bool:
+    """A Mitsuba object: its own parameters where it is Mitsuba's, its attributes where it is ours."""
+    import drjit as dr
+
+    if old.class_name() != new.class_name():
+        return False
+    if _is_ours(old):
+        return _plan_attributes(old, new, mi, steps, seen)
+    mine, other = _children(old, mi), _children(new, mi)
+    if mine.keys() != other.keys() or not _same_kind(old, new):
+        return False
+    for name, child in mine.items():
+        if not _plan(child, other[name], mi, steps, seen):
+            return False
+    own, given = mi.traverse(old), mi.traverse(new)
+    names = [name for name in own.keys() if "." not in name and name not in mine]  # noqa: SIM118 - not a dict
+    if set(names) != {name for name in given.keys() if "." not in name and name not in other}:  # noqa: SIM118
+        return False
+    for name in names:
+        if type(own[name]) is not type(given[name]):
+            return False
+        if dr.is_array_v(own[name]) and dr.shape(own[name]) != dr.shape(given[name]):
+            return False
+    names = [name for name in names if not _holds_the_same(own[name], given[name])]
+    if names:
+        steps.append(lambda: _write(own, given, names))
+    return True
+
+
+def _write(own: Any, given: Any, names: list[str]) -> None:
+    for name in names:
+        own[name] = given[name]
+    own.update()
+
+
+def _same_kind(old: Any, new: Any) -> bool:
+    """Whether two objects of Mitsuba's own have the same flags: what they cannot show as parameters."""
+    if hasattr(old, "flags"):
+        return bool(old.flags() == new.flags())
+    return True
+
+
+def _is_ours(item: Any) -> bool:
+    """Whether a Mitsuba object is one of our plugins, written in Python."""
+    return type(item).__module__.startswith("spectral_core")
+
+
+def _children(item: Any, mi: Any) -> dict[str, Any]:
+    """Objects directly below one of Mitsuba's own."""
+    found: dict[str, Any] = {}
+
+    class Reader(mi.TraversalCallback):
+        def put(self, name: str, value: Any, flags: int, kind: Any = None) -> None:
+            if isinstance(value, mi.Object):
+                found[name] = value
+
+        def put_value(self, name: str, value: Any, flags: int, kind: Any = None) -> None:
+            pass
+
+        def put_object(self, name: str, value: Any, flags: int) -> None:
+            found[name] = value
+
+    item.traverse(Reader())
+    return found

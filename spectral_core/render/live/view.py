@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a view looks through: a camera as plain numbers, the size of its picture, and how long it refines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import frozen_array, require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.trace.camera_rays import camera_frame
+from spectral_core.scene import Camera, Film
+
+Array = NDArray[np.float64]
+
+NUMBERS = 21
+"""Length of ``Viewpoint.numbers``."""
+MOST_PIXELS = 1 << 26
+"""Pixels of a view; no display has more."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Viewpoint:
+    """Where a view is taken from, and through which window.
+
+    ``world_from_view``: (4, 4) with unit axes; the view looks along its -Z, +Y up. ``low``, ``high``: (2,) corners of
+    the picture on the plane at distance 1 (perspective) or in world units (orthographic). ``near``, ``far``: distances
+    at which it begins and ends; near may be negative where it is orthographic. ``lens_radius``: 0 for a sharp view.
+    """
+
+    world_from_view: Array
+    low: Array
+    high: Array
+    is_perspective: bool
+    near: float
+    far: float
+    lens_radius: float = 0.0
+    focus_distance: float = 1.0
+
+    def __post_init__(self) -> None:
+        set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        set_field("world_from_view", frozen_array("world from view", self.world_from_view, (4, 4)))
+        for name in ("low", "high"):
+            set_field(name, frozen_array(f"view {name}", getattr(self, name), (2,)))
+        if not np.all(self.high > self.low):
+            raise InvalidInputError(f"the view's window from {self.low} to {self.high} is empty")
+        if not (np.isfinite([self.near, self.far]).all() and self.near < self.far):
+            raise InvalidInputError(f"the view clips at {self.near:g} and {self.far:g}; expected near < far")
+        if self.is_perspective and self.near < 0:
+            raise InvalidInputError(f"the view begins at {self.near:g}; a perspective one begins in front of the eye")
+
+    @classmethod
+    def of_camera(cls, camera: Camera, film: Film) -> Viewpoint:
+        """What a render of the whole film sees. Raises InvalidInputError for a camera without directions."""
+        frame = camera_frame(camera, film)
+        placed = np.eye(4)
+        placed[:3] = np.stack([frame.right, frame.up, frame.back, frame.origin], axis=1)
+        lens = (camera.aperture_radius, camera.focus_distance)
+        return cls(placed, frame.low, frame.high, camera.kind == "perspective", camera.near, camera.far, *lens)
+
+    @property
+    def numbers(self) -> NDArray[np.float32]:
+        """(NUMBERS,): origin, right, up, back, low, high, perspective (1 or 0), near, length, lens radius, focus."""
+        axes = self.world_from_view[:3]
+        rest = (float(self.is_perspective), self.near, self.far - self.near, self.lens_radius, self.focus_distance)
+        return np.concatenate([axes[:, 3], axes[:, 0], axes[:, 1], axes[:, 2], self.low, self.high, rest]).astype(
+            np.float32
+        )
+
+    @property
+    def camera_from_world(self) -> Array:
+        """(4, 4) with +z forward, as shading programs know their camera."""
+        return np.asarray(np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(self.world_from_view))
+
+    @property
+    def window(self) -> tuple[float, ...]:
+        """Width and height of the picture at distance 1, how far its middle is off as a share of it, perspective."""
+        size, middle = self.high - self.low, (self.high + self.low) / 2
+        return (*size, *(middle / size), 1.0 if self.is_perspective else 0.0)
+
+    def same_as(self, other: Viewpoint | None) -> bool:
+        """Whether another one sees the same."""
+        return other is not None and np.array_equal(self.numbers, other.numbers)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ViewRequest:
+    """One picture that is wanted.
+
+    ``stage``: which scene. ``width``, ``height`` in pixels. ``samples``: per pixel, then the view rests.
+    ``generation``: number of the request, sent back with the pictures. ``exposure``: factor on the picture.
+    """
+
+    stage: str
+    viewpoint: Viewpoint
+    width: int
+    height: int
+    samples: int
+    generation: int
+    exposure: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_range("view width", self.width, 1, 65536, " pixels")
+        require_range("view height", self.height, 1, 65536, " pixels")
+        require_range("view pixels", self.width * self.height, 1, MOST_PIXELS)
+        require_range("view samples", self.samples, 1, 1 << 24)
+        require_range("view exposure", self.exposure, 0.0, 1e30)
