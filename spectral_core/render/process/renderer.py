@@ -98,10 +98,8 @@ class RenderProcess:
             worker = self._running()
             try:
                 worker.post(("call", (name, arguments)))
-                while True:
-                    message = worker.next_message(_POLL_S)
-                    if message is not None:
-                        break
+                while (message := worker.next_message(_POLL_S)) is None:
+                    pass
                 worker.idle = True
                 kind, content = message
                 if kind == "error":
