@@ -35,6 +35,7 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
         settings = context.scene.spectral.render
         layout.prop(settings, "goal")
         layout.prop(settings, {"SAMPLES": "samples", "ERROR": "target_error", "TIME": "time_budget"}[settings.goal])
+        layout.prop(context.scene.spectral.viewport, "samples")
         layout.prop(settings, "seed")
         layout.prop(settings, "transport")
         _draw_outcome(layout.column(), context)
