@@ -111,10 +111,10 @@ def program(tmp_path: Path, lines: str) -> CommandNode:
 def test_a_program_that_leaves_nothing_fails_and_lists_become_columns(tmp_path: Path) -> None:
     with pytest.raises(RenderError, match="left no result"):
         program(tmp_path, "print('no JSON')")({"x": 0.5}, 0)
-    found = program(tmp_path, "print('{\"a\": [1, null], \"b\": \"text\"}')")({"x": 0.5}, 0).values
+    found = program(tmp_path, 'print(\'{"a": [1, null], "b": "text"}\')')({"x": 0.5}, 0).values
     assert found["a_0"] == 1 and np.isnan(found["a_1"]) and found["b"] == "text"
     with pytest.raises(InvalidInputError, match="'a' is a dict"):
-        program(tmp_path, "print('{\"a\": {\"b\": 1}}')")({"x": 0.5}, 0)
+        program(tmp_path, 'print(\'{"a": {"b": 1}}\')')({"x": 0.5}, 0)
 
 
 def stored(folder: Path, outcomes: list[dict[str, Any]]) -> Store:
@@ -152,5 +152,7 @@ def test_the_live_page_of_an_empty_sweep_says_so(tmp_path: Path) -> None:
         connection = HTTPConnection("127.0.0.1", server.server_port, timeout=20)
         connection.request("POST", "/page", "{}", {"X-Explore-Token": server.token})
         answer = connection.getresponse()
-        assert answer.status == 400 and "0 rows" in json.loads(answer.read())["error"]
+        said = json.loads(answer.read())["error"]
+        connection.close()
+        assert answer.status == 400 and "0 rows" in said
         server.shutdown()
