@@ -56,5 +56,17 @@ def require_range(name: str, value: float, low: float, high: float, unit: str = 
     return number
 
 
+def require_text(name: str, text: str) -> str:
+    """``text`` where every file can hold it; InvalidInputError for NUL and for halves of characters.
+
+    Blender gives a name that is not UTF-8 with such halves in it.
+    """
+    if not isinstance(text, str):
+        raise InvalidInputError(f"{name} is {str(text)[:40]}; expected text")
+    if "\0" in text or any("\ud800" <= each <= "\udfff" for each in text):
+        raise InvalidInputError(f"{name} is {text[:40]!r}, which no file can hold; rename it")
+    return text
+
+
 def _fits(actual: tuple[int, ...], expected: Sequence[int | None]) -> bool:
     return len(actual) == len(expected) and all(e is None or a == e for a, e in zip(actual, expected, strict=True))

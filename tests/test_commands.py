@@ -165,3 +165,13 @@ def test_an_output_that_takes_nothing_is_one_line(tmp_path: Path) -> None:
 
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1 and "No space left" in done.stderr
+
+
+def test_doctor_finds_the_answer_among_what_a_part_prints_of_itself(monkeypatch) -> None:
+    """Blender may print a warning before anything else."""
+    from spectral_core.cli import doctor
+
+    printed = f"Unable to find something\n{doctor.MARK}5.0.1\nfreed 3 blocks\n"
+    done = subprocess.CompletedProcess([], 0, printed, "")
+    monkeypatch.setattr(doctor.subprocess, "run", lambda *args, **options: done)
+    assert doctor._trial("bpy")[1] == "5.0.1"

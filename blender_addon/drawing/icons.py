@@ -52,6 +52,11 @@ def swatch_icon(display_rgb: ArrayLike) -> int:
     return _icon("swatch " + " ".join(f"{channel:.0f}" for channel in shown), lambda: swatch_picture(shown / 255))
 
 
+def picture_icon(picture: Picture) -> int:
+    """Icon of a picture (height, width, 4), bottom row first; 0 for an empty one."""
+    return _icon(f"picture {hash(picture.tobytes())}", lambda: picture) if picture.size else 0
+
+
 def register() -> None:
     """Make room for icons."""
     global _previews

@@ -59,7 +59,8 @@ def _tell_palette(spectral: bpy.types.PropertyGroup) -> None:
 
 
 def _names(spectral: bpy.types.PropertyGroup) -> list[str]:
-    return catalogue.names(kind_in(spectral))
+    declared = getattr(type(spectral), "SPECTRUM_KIND", None)  # of a recipe, which holds a name alone
+    return catalogue.names(declared or kind_in(spectral))
 
 
 def _entries(spectral: bpy.types.PropertyGroup) -> list[str]:

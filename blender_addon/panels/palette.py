@@ -8,6 +8,7 @@ from bpy.types import Context, Panel, PropertyGroup, UILayout
 
 from ..editing.palette.bindings import faults
 from .palette_details import draw_cell, draw_light, draw_material
+from .palette_more import draw_alternatives, draw_paint
 from .palette_table import draw_table
 from .parts import wrapped
 
@@ -207,6 +208,8 @@ PARTS = [
         lambda layout, context: draw_material(layout, context, context.scene.spectral.palette),
     ),
     ("weights", "Design", draw_weights),
+    ("alternatives", "Alternatives", draw_alternatives),
+    ("paint", "Paint and Fluorescence", draw_paint),
     ("robustness", "Other Eyes and Lamps", draw_robustness),
     ("files", "Files", draw_files),
 ]

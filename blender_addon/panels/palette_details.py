@@ -6,6 +6,7 @@ from bpy.types import Context, PropertyGroup, UILayout, bpy_prop_collection
 from ..properties.palette_cell import BOXED, REFERRING
 from ..translate.palette.table import active_cell, may_refer, references
 from .parts import draw_curve, draw_source, wrapped
+from .possible import draw_possible
 
 HINTS = {
     "FIXED": "",
@@ -60,6 +61,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
         weight = column.row()
         weight.enabled = not cell.exact or cell.mode == "DISTINCT"
         weight.prop(cell, "weight")
+    draw_possible(layout, context, palette)
     row = layout.row(align=True)
     row.label(text="Copy to")
     row.operator("spectral.palette_spread", text="Column").side = "LIGHT"

@@ -43,9 +43,9 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
 
 
 def page_of(active: int, count: int, fitting: int) -> range:
-    """Columns of the page that the selected column is on, at least one."""
+    """Columns of the page that the selected column is on, at least one; the last page is as full as the others."""
     fitting = max(fitting, 1)
-    first = active // fitting * fitting
+    first = min(active // fitting * fitting, max(count - fitting, 0))
     return range(first, min(first + fitting, count))
 
 

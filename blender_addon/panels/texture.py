@@ -71,13 +71,13 @@ def _draw_mapping(layout: UILayout, design: PropertyGroup) -> None:
     column = layout.column()
     column.use_property_split = True
     column.use_property_decorate = False
-    column.prop(design, "mapping")
+    column.prop(design, "mapping", text="Impossible")
     column.prop(design, "floor")
     row = column.row()
     row.enabled = design.mapping == "least_delta_e"
     row.prop(design, "slope")
     column.prop(design, "spectra")
-    column.prop(design, "importance")
+    column.prop(design, "importance", text="First Counts")
 
 
 def _draw_wishes(layout: UILayout, design: PropertyGroup) -> None:

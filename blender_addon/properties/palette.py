@@ -17,6 +17,7 @@ from bpy.props import (
 
 from .fields import Field, by_name
 from .hooks import Topic, announces
+from .palette_answers import SpectralAlternative, SpectralDye, SpectralPossible
 from .palette_cell import SpectralPaletteCell, edited
 from .spectrum import SpectralSpectrum
 
@@ -176,6 +177,10 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     )  # fmt: skip
     material_name: StringProperty(description="Name of that material when it was chosen")
     cells: CollectionProperty(type=SpectralPaletteCell)
+    locked: BoolProperty(
+        name="Lock", default=False, description="Keep this material as it is while other answers are looked for"
+    )
+    dyes: CollectionProperty(type=SpectralDye)
 
 
 class SpectralPaletteConflict(bpy.types.PropertyGroup):
@@ -239,6 +244,20 @@ class SpectralPalette(bpy.types.PropertyGroup):
     message: StringProperty(description="Error of the palette; empty if none")
     notes: StringProperty(description="Notes on changes that were not asked for, one per line")
     conflicts: CollectionProperty(type=SpectralPaletteConflict)
+    possible: PointerProperty(type=SpectralPossible)
+    alternatives: CollectionProperty(type=SpectralAlternative)
+    alternative_count: IntProperty(
+        name="Answers", default=4, min=2, max=12, description="How many different answers are looked for"
+    )
+    use_tints: BoolProperty(
+        name="Match as Tints", default=False, update=edited,
+        description="Materials that match should also match when mixed as paint into white: 75, 50 and 25 %. Takes "
+        "seconds: press Solve",
+    )  # fmt: skip
+    tint_weight: FloatProperty(
+        name="Weight of Tints", default=1.0, min=0.0, soft_max=10.0, max=1000.0, update=edited,
+        description="How much tints count beside the cells of the table",
+    )  # fmt: skip
     milliseconds: FloatProperty()
     light_scale: FloatProperty(default=1.0)
     worst_delta_e: FloatProperty()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral``: palette, render settings, light dial, mixing board, sweep and spectral texture of a scene."""
+"""``scene.spectral``: palette, render settings, dial, board, sweep, spectral texture and recipe of a scene."""
 
 import bpy
 from bpy.props import PointerProperty
@@ -7,9 +7,11 @@ from bpy.props import PointerProperty
 from .board import SpectralMixingBoard
 from .dial import SpectralLightDial
 from .palette import SpectralPalette
+from .recipe import SpectralRecipe
 from .render import SpectralRender
 from .sweep import SpectralSweep
 from .texture_design import SpectralTextureDesign
+from .viewport import SpectralViewport
 
 
 class SpectralScene(bpy.types.PropertyGroup):
@@ -20,7 +22,9 @@ class SpectralScene(bpy.types.PropertyGroup):
     dial: PointerProperty(type=SpectralLightDial)
     board: PointerProperty(type=SpectralMixingBoard)
     sweep: PointerProperty(type=SpectralSweep)
+    viewport: PointerProperty(type=SpectralViewport)
     texture: PointerProperty(type=SpectralTextureDesign)
+    recipe: PointerProperty(type=SpectralRecipe)
 
 
 CLASSES = (SpectralScene,)

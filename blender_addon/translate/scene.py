@@ -14,11 +14,11 @@ from spectral_core.scene import Camera, Film, LightPaths, Material, Scene
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
-from .kept import Kept
 from .ledger import note_changed
 from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
+from .viewport.kept import Kept
 from .visibility import cycles_settings
 
 USUAL_CLAMP = 10.0
@@ -62,14 +62,15 @@ def translate_scene(
     _note_media(translation, found.materials)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
+    surroundings, suns = translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed)
     scene = Scene(
         camera=viewed,
         film=film,
         meshes=tuple(mesh for mesh in found.meshes.values() if mesh is not None),
         materials=found.materials,
         instances=tuple(found.instances),
-        lights=tuple(found.lights),
-        world=translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None),
+        lights=(*found.lights, *suns),
+        world=surroundings,
         volumes=tuple(found.volumes),
         settings=settings_of(source),
     )

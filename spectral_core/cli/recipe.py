@@ -29,6 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cct", type=float, metavar="K", help="lamp: color temperature in kelvin")
     parser.add_argument("--duv", type=float, default=0.0, help="lamp: distance from Planck's locus (0)")
     parser.add_argument("--cri", type=float, default=80.0, help="lamp: least color rendering index Ra (80)")
+    parser.add_argument("--rf", type=float, help="lamp: least fidelity Rf of TM-30")
+    parser.add_argument("--rg", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lamp: gamut Rg of TM-30 between")
+    parser.add_argument(
+        "--cct-tolerance", type=float, default=0.0, metavar="K", help="lamp: kelvin that the white may be off"
+    )
+    parser.add_argument("--duv-tolerance", type=float, default=0.0, metavar="D", help="lamp: Duv that it may be off")
     parser.add_argument("--target", metavar="NAME", help="material: the wanted reflectance")
     parser.add_argument("--light", action="append", default=[], metavar="NAME", help="material: lights (D65 and A)")
     parser.add_argument("--paper", metavar="NAME", help="inks and filters: reflectance underneath (perfect white)")
@@ -42,21 +48,25 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _lamp(arguments: argparse.Namespace) -> int:
-    from spectral_core.palette.recipe.lamp import lamp_recipe
+    from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 
     if arguments.cct is None:
         raise InvalidInputError("a lamp needs --cct, the color temperature in kelvin")
     recipe = lamp_recipe(
         [_illuminant(spectrum) for spectrum in _read(arguments.spectra)], arguments.cct, duv=arguments.duv,
-        rendering_index=arguments.cri, most_channels=arguments.most,
+        quality=LampQuality(
+            arguments.cri, arguments.rf, None if arguments.rg is None else (arguments.rg[0], arguments.rg[1]),
+            arguments.cct_tolerance, arguments.duv_tolerance,
+        ), most_channels=arguments.most,
     )  # fmt: skip
     print(recipe.text())
     if not recipe.met:
-        print(f"Ra {arguments.cri:g} cannot be reached with these channels; this is the highest. Add or free channels.")
+        print("what is asked cannot all be reached with these channels; this is the nearest. Add or free channels.")
     if arguments.json:
         figures = {
             "drives": dict(zip(recipe.names, recipe.drives.tolist(), strict=True)), "cct_k": recipe.cct_k,
-            "duv": recipe.duv, "rendering_index": recipe.rendering_index, "met": recipe.met,
+            "duv": recipe.duv, "rendering_index": recipe.rendering_index, "fidelity": recipe.fidelity,
+            "gamut": recipe.gamut, "met": recipe.met,
             "efficacy_lm_per_w": recipe.efficacy_lm_per_w, "dosage_delta_uv": recipe.dosage_delta_uv,
         }  # fmt: skip
         print(json.dumps(figures))

@@ -9,13 +9,14 @@ to leave reflectances room below 1.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, replace
+from copy import copy
+from dataclasses import KW_ONLY, dataclass
 from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of
@@ -78,6 +79,7 @@ class PaletteReflectance:
     spectrum: Reflectance | None = None
 
     def __post_init__(self) -> None:
+        require_text("the name of a reflectance", self.name)
         if self.spectrum is not None:
             require_kind(f"the spectrum of {self.name!r}", (self.spectrum,), Reflectance, "a Reflectance, or None")
 
@@ -166,10 +168,13 @@ class PaletteProblem:
             )
         for i, row in enumerate(self.cells):
             for j, cell in enumerate(row):
-                if not isinstance(cell, Cell):
-                    raise InvalidInputError(f"cells[{i}][{j}] is {cell!r}; expected a Cell, such as Cell.fixed(rgb)")
-                for other in cell.others:
-                    self._check_reference((i, j), other, cell.mode)
+                self._check_cell(i, j, cell)
+
+    def _check_cell(self, i: int, j: int, cell: Cell) -> None:
+        if not isinstance(cell, Cell):
+            raise InvalidInputError(f"cells[{i}][{j}] is {cell!r}; expected a Cell, such as Cell.fixed(rgb)")
+        for other in cell.others:
+            self._check_reference((i, j), other, cell.mode)
 
     def _check_reference(self, here: CellIndex, other: CellIndex, mode: CellMode) -> None:
         inside = 0 <= other[0] < len(self.reflectances) and 0 <= other[1] < len(self.lights)
@@ -212,5 +217,9 @@ class PaletteProblem:
         for (i, j), cell in wishes.items():
             if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
+            self._check_cell(i, j, cell)
             rows[i][j] = cell
-        return replace(self, cells=tuple(map(tuple, rows)))
+        # Everything else was checked when this problem was built; a drag makes sixty of them a second.
+        changed = copy(self)
+        object.__setattr__(changed, "cells", tuple(map(tuple, rows)))
+        return changed

@@ -54,7 +54,7 @@ class CellReach:
     light : the light asked about.
     grid : knots of the reflectance, n.
     exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
-    scale : luminance of a perfect white under every light; colors are relative to it.
+    scale : luminance of a perfect white under every light; None where the lights are as bright as they are given.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class CellReach:
         light: Illuminant,
         grid: SpectralGrid,
         exact: Sequence[tuple[Illuminant, ArrayLike]] = (),
-        scale: float = 1.0,
+        scale: float | None = 1.0,
     ) -> None:
         self.grid = grid
         self.matrix = _rgb_rows(light, grid, scale)
@@ -155,6 +155,6 @@ class CellReach:
         return np.asarray(answer.x) if answer.status == 0 else None
 
 
-def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float) -> Array:
-    """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``."""
-    return RGB_FROM_XYZ @ xyz_from_product(normalized(light, luminance=scale), grid)
+def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None) -> Array:
+    """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``; None: as it is."""
+    return RGB_FROM_XYZ @ xyz_from_product(light if scale is None else normalized(light, luminance=scale), grid)

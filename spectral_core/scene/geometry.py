@@ -91,7 +91,8 @@ class Instance:
     ``group``: the light group that its emission belongs to, "" for none. ``hidden_from``: kinds of rays that pass it
     as if it were not there. ``is_holdout``: cuts a hole into what the camera sees. ``unlit_by``: names of lights that
     do not light it; ``clear_for``: names of lights that it casts no shadow for. ``color`` (r, g, b, alpha), ``index``
-    and ``random`` in [0, 1]: what the Object Info node reads.
+    and ``random`` in [0, 1]: what the Object Info node reads. ``attributes``: more that programs read of it, each a
+    name and three numbers or four.
     """
 
     name: str
@@ -106,6 +107,7 @@ class Instance:
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     index: int = 0
     random: float = 0.0
+    attributes: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))

@@ -13,7 +13,7 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_text
 from spectral_core.errors import GridMismatchError, InvalidInputError
 
 Interpolation = Literal["linear", "sampled"]
@@ -137,6 +137,7 @@ class Spectrum:
     source: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
+        require_text("the name of a spectrum", self.name)
         object.__setattr__(self, "values", frozen_array(f"spectrum {self.name!r}", self.values, (None,)))
         if self.values.size != self.grid.size:
             raise GridMismatchError(

@@ -162,7 +162,14 @@ def test_reflectances_share_one_scale(blender):
 
 @pytest.mark.parametrize(
     ("active", "count", "fitting", "shown"),
-    [(0, 3, 5, (0, 3)), (0, 15, 5, (0, 5)), (7, 15, 5, (5, 10)), (14, 15, 4, (12, 15)), (2, 3, 0, (2, 3))],
+    [
+        (0, 3, 5, (0, 3)),
+        (0, 15, 5, (0, 5)),
+        (7, 15, 5, (5, 10)),
+        (14, 15, 4, (11, 15)),
+        (8, 9, 2, (7, 9)),
+        (2, 3, 0, (2, 3)),
+    ],
 )
 def test_a_narrow_table_shows_the_lights_around_the_selected_one(active, count, fitting, shown):
     from blender_addon.panels.palette_table import page_of

@@ -17,11 +17,12 @@ from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
 from spectral_core.palette.qp.backends import by_piqp, nearest_miss
+from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine, solve
 from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.general import reflectances_by_cvxpy
 from spectral_core.palette.qp.optimality import Check, checked
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.quadratic import Quadratic
 
 SIZE = (4, 3, 31)
 SHARP = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
@@ -272,3 +273,8 @@ def test_what_was_once_called_right_and_was_not(seed):
         gains = side_gains(solution)
         assert gains.pop("exact") < 1e-6
         assert max(gains.values(), default=0.0) < 1e-6
+
+
+def test_a_step_that_color_boxes_cut_off_is_no_crash():
+    """A hard case whose Newton step in the free colors was rounding: its slope was divided by zero."""
+    assert solve_palette(hard_problem(188)[0], explain=False).status.value != "inaccurate"

@@ -155,3 +155,19 @@ def test_a_half_open_box_is_kept():
     shown = solve_palette(table((D65,), (Cell.free(box),)), explain=False).actual_linear_rgb[0, 0]
     assert shown[1] >= 0.1 - 1e-3
     assert shown[2] <= 0.05 + 1e-3
+
+
+def test_two_cells_that_refer_to_the_same_one_are_compared_with_each_other_too():
+    """Each is near the color that both refer to, on opposite sides of it: the pair is what an eye tells apart."""
+    twin = Illuminant("twin", D65.grid, D65.values)
+    rows = [
+        (Cell.fixed((0.3, 0.3, 0.3), weight=50), Cell.ignore()),
+        (Cell.same_as((0, 0)), Cell.fixed((0.335, 0.3, 0.28))),
+        (Cell.same_as((0, 0)), Cell.fixed((0.265, 0.3, 0.32))),
+    ]
+    solution = solve_palette(table((D65, twin), *rows), explain=False)
+    pair = apart(*solution.actual_linear_rgb[1:, 0])
+    assert np.nanmax(solution.delta_e_2000) < 3 < pair
+    assert solution.residuals["worst_pair_delta_e_2000"] == pytest.approx(pair, abs=1e-9)
+    assert solution.max_delta_e_2000 == pytest.approx(pair, abs=1e-9)
+    assert solution.status == "compromise"

@@ -27,6 +27,7 @@ from spectral_core.scene import (
     RenderSettings,
     ScatteringMedium,
     Scene,
+    SunLight,
     World,
     gray,
     surface,
@@ -70,6 +71,23 @@ def scaled_scene(scale, surface, falloff=Falloff()):  # noqa: B008
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_light_does_not_depend_on_the_size_of_the_scene(surface, scale):
     pictures = [render_scene(scaled_scene(size, surface)).pixels[..., :3].mean() for size in (1.0, scale)]
+    assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_nor_do_media_the_sun_and_spectral_transport(scale):
+    def scene(size):
+        ball = Material("ball", None, ScatteringMedium(density=1.5 / size, color=gray(0.8), anisotropy=0.3))
+        made = scaled_scene(size, Diffuse(gray(0.7)))
+        sun = SunLight(name="sun", world_from_light=matrix((0, 0, 5 * size)), irradiance=1.0)
+        return replace(
+            made,
+            lights=(*made.lights, sun),
+            materials=(made.materials[0], ball),
+            settings=RenderSettings(transport="spectral"),
+        )
+
+    pictures = [render_scene(scene(size)).pixels[..., :3].mean() for size in (1.0, scale)]
     assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
 
 

@@ -33,6 +33,9 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 from tests.render.scenes import lit_plane, looking_down, matrix, plane, sphere_mesh
 
@@ -141,6 +144,18 @@ def test_colors_outside_what_surfaces_reflect_are_noted():
     result = _finite(lit_plane(LAMP, film=TINY, surface=Diffuse(Color([1.5, 0.5, -0.2]))))
     assert [note.subject for note in result.notes] == ["paper"]
     assert result.pixels[..., 0].mean() == pytest.approx(LIT * 2, rel=0.01)
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_the_spectrum_of_a_light_on_a_surface_is_its_color_and_that_is_noted(transport):
+    """A blackbody's power per nm is no share of light: nothing may come back brighter than it went."""
+    hot = catalogue.blackbody(3000.0)
+    settings = RenderSettings(transport=transport)
+    found = _finite(lit_plane(LAMP, film=TINY, surface=Diffuse(hot), settings=settings))
+    color = np.clip(linear_rgb_from_xyz(xyz_of(normalized(hot))), 0, 1)
+    alike = _finite(lit_plane(LAMP, film=TINY, surface=Diffuse(Color(color)), settings=settings))
+    np.testing.assert_allclose(found.pixels, alike.pixels, rtol=1e-4, atol=1e-6)
+    assert any("which no surface reflects" in note.message for note in found.notes)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])

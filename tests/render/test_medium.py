@@ -15,9 +15,11 @@ from spectral_core.scene import (
     Film,
     Glass,
     Instance,
+    LightPaths,
     Material,
     Mesh,
     PointLight,
+    Rays,
     RenderSettings,
     ScatteringMedium,
     Scene,
@@ -72,6 +74,17 @@ def test_a_plan_without_media_leaves_the_fog_out():
     scene = _in_white_world(ScatteringMedium(density=5.0, color=gray(0.0)))
     clear = replace(scene, settings=replace(scene.settings, overrides=(("media", "off"),)))
     assert render_scene(clear).pixels[..., :3].mean() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_rules_for_kinds_of_rays_are_named_where_a_medium_scatters():
+    """Paths through media do not know them: the picture says so, and only where there are such rules."""
+    plain = replace(_in_white_world(ScatteringMedium(density=1.0)), film=Film(4, 4, samples=1))
+    hidden = replace(plain.instances[0], hidden_from=Rays.GLOSSY)
+    ruled = replace(plain, instances=(hidden,))
+    tight = replace(plain, settings=replace(plain.settings, light_paths=LightPaths(clamp_direct=1.0)))
+    told = [[n.message for n in render_scene(s).notes if n.subject == "Light paths"] for s in (plain, ruled, tight)]
+    assert [len(each) for each in told] == [0, 1, 1]
+    assert "every object and lamp meets every kind of ray" in told[1][0]
 
 
 def test_a_glowing_medium_is_noted():

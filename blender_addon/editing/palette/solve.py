@@ -9,6 +9,7 @@ from bpy.types import Scene
 from spectral_core.errors import SpectralError
 from spectral_core.palette import PaletteProblem, PaletteSolution
 
+from ...translate.palette.paint import solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
@@ -20,9 +21,7 @@ _last: dict[int, PaletteSolution] = {}
 
 def solve_scene(scene: Scene) -> PaletteSolution | None:
     """Solve from the start, whatever it takes; None where the table cannot be solved, and ``message`` says why."""
-    from spectral_core.palette import solve_palette
-
-    return _solve(scene, solve_palette)
+    return _solve(scene, lambda problem: solver_of(scene.spectral.palette)(problem))
 
 
 def solve_live(scene: Scene) -> PaletteSolution | None:
@@ -41,7 +40,7 @@ def finish_live(scene: Scene) -> PaletteSolution | None:
     from spectral_core.palette import solve_palette
 
     palette = scene.spectral.palette
-    if palette.is_stale or not palette.status:
+    if palette.is_stale or not palette.status or takes_seconds(palette):
         return None
     # A common brightness is found anew: from a brightened solution it would only ever grow.
     before = None if palette.scale_lights else _last.get(scene.session_uid)

@@ -13,6 +13,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ..shading.images import linear_pixels
 from ..shading.reader import Reader
+from ..shading.tree import Input, Output, linked
 
 MOST_ROWS = 1024
 """Rows of an environment that is drawn anew; twice as many columns."""
@@ -25,6 +26,15 @@ class Term:
     color: Paint
     strength: float = 1.0
     turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(4), compare=False)
+
+
+def tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
+    """Whether a tree asks what kind of ray it is seen by."""
+    if source is None or depth > 50:
+        return False
+    if source.node.type == "LIGHT_PATH":
+        return True
+    return any(tells_camera_rays(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
 
 
 def joined(reader: Reader, terms: list[Term]) -> Term:
@@ -45,26 +55,26 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
     if not images:
         return Term(Color(plain))
     rows = min(max(term.color.pixels.shape[0] for term in images), MOST_ROWS)  # type: ignore[union-attr]
-    directions = _directions(rows)
+    directions = directions_of(rows)
     total = np.broadcast_to(plain, directions.shape).copy()
     for term in images:
         assert isinstance(term.color, ImageTexture)
         total += term.strength * _looked_up(term.color, directions @ term.turn[:3, :3])
-    return Term(_environment("surroundings", total))
+    return Term(environment_of("surroundings", total))
 
 
 def resampled(image: ImageTexture, mapping: NDArray[np.float64], *, mirror_ball: bool = False) -> ImageTexture:
     """An environment as it looks through an affine map (4, 4) of directions, or drawn as a mirror ball."""
-    directions = _directions(min(max(image.pixels.shape[0], 256), MOST_ROWS))
+    directions = directions_of(min(max(image.pixels.shape[0], 256), MOST_ROWS))
     mapped = directions @ mapping[:3, :3].T + mapping[:3, 3]
-    return _environment(image.name, _looked_up(image, mapped, mirror_ball=mirror_ball))
+    return environment_of(image.name, _looked_up(image, mapped, mirror_ball=mirror_ball))
 
 
-def _environment(name: str, pixels: NDArray[np.float64]) -> ImageTexture:
+def environment_of(name: str, pixels: NDArray[np.float64]) -> ImageTexture:
     return ImageTexture(name, pixels.astype(np.float32), color_space="linear")
 
 
-def _directions(rows: int) -> NDArray[np.float64]:
+def directions_of(rows: int) -> NDArray[np.float64]:
     """Unit directions (rows, 2 rows, 3) through the centers of an equirectangular image's pixels, bottom row first."""
     height = (np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2
     around = np.pi - (np.arange(2 * rows) + 0.5) / rows * np.pi

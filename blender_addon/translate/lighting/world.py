@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Color, ImageTexture, MixedPaint, Rays, World, gray
+from spectral_core.scene import Color, ImageTexture, MixedPaint, Paint, Rays, SunLight, World, gray
 
 from ... import compat
 from .. import spectra
@@ -18,18 +18,21 @@ from ..ledger import note_changed, note_nodes
 from ..shading import surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
 from ..shading.fields import mean_color
 from ..shading.images import image_of_node
-from ..shading.reader import Reader, evaluator
+from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
 from ..visibility import cycles_settings, world_hidden_from
-from .surroundings import Term, joined, resampled
+from .patterns import needs_directions, surroundings
+from .surroundings import Term, joined, resampled, tells_camera_rays
 
 
-def translate_world(translation: Translation, world: Any) -> World:
-    """Surroundings of a ``bpy.types.World``; None is black, as in Blender."""
+def translate_world(translation: Translation, world: Any, camera: Any = None) -> tuple[World, tuple[SunLight, ...]]:
+    """Surroundings of a ``bpy.types.World``, and the suns of its skies; None is black, as in Blender.
+
+    ``camera``: the scene's ``Camera``, whose space patterns may be drawn in.
+    """
     if world is None:
-        return World()
-    reader = Reader(translation, world.name)
+        return World(), ()
     tree = compat.node_tree(world)
     for item in (world, getattr(world, "cycles", None)):
         note_changed(translation, world.name, item)
@@ -39,18 +42,23 @@ def translate_world(translation: Translation, world: Any) -> World:
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
+    suns: tuple[SunLight, ...] = ()
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
+    elif needs_directions(surface_output(tree, "OUTPUT_WORLD")):
+        lights, sees, suns = surroundings(translation, world, camera, own)
     else:
+        reader = Reader(translation, world.name)
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
     spectrum = spectra.spectrum_of(translation, world)
     if spectrum is not None:
         lights = sees = Term(spectrum, lights.strength * spectra.strength_of(world))
+        suns = ()
     made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, **own)
     if sees == lights or Rays.CAMERA & own["hidden_from"]:
-        return made
+        return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
-    return replace(made, camera_view=view)
+    return replace(made, camera_view=view), suns
 
 
 def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
@@ -63,16 +71,7 @@ def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
     source = linked(Input(output.inputs["Surface"]))
     light = _terms(reader, source, 1.0, camera=False)
     # one that tells no rays apart is read once, so that both are the same
-    return light, _terms(reader, source, 1.0, camera=True) if _tells_camera_rays(source) else light
-
-
-def _tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
-    """Whether a tree asks what kind of ray it is seen by."""
-    if source is None or depth > 50:
-        return False
-    if source.node.type == "LIGHT_PATH":
-        return True
-    return any(_tells_camera_rays(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
+    return light, _terms(reader, source, 1.0, camera=True) if tells_camera_rays(source) else light
 
 
 def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool) -> list[Term]:
@@ -113,14 +112,20 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     if spectrum is not None:
         return Term(spectrum, strength * spectra.strength_of(source.node))
     place = source.input("Color")
-    color = gray(1.0) if place is None else reader.paint(place, gray(1.0))
+    image = linked(place)
+    color: Paint = gray(0.5)
+    if image is not None and image.node.type == "TEX_ENVIRONMENT":
+        texture = image_of_node(reader.translation, image.node, reader.owner, image.socket.name)
+        color = color if texture is None else replace(texture, extension="repeat")
+    else:
+        color = gray(1.0) if place is None else reader.paint(place, gray(1.0))
     if isinstance(color, MixedPaint):
         reader.note("two mixed colors or images surround the scene; their mean was used")
         color = Color(np.broadcast_to(mean_color(reader.field(place)), (3,)))  # type: ignore[arg-type]
     if not isinstance(color, ImageTexture):
         return Term(color, strength)
-    image = _find(linked(place), "TEX_ENVIRONMENT")
-    mirror_ball = image is not None and image.node.projection == "MIRROR_BALL"
+    assert image is not None
+    mirror_ball = image.node.projection == "MIRROR_BALL"
     mapping = _mapping(reader, image)
     rotation, stretch = _polar(mapping[:3, :3])
     is_turn = np.allclose(stretch, stretch[0, 0] * np.eye(3), atol=1e-6) and not np.any(mapping[:3, 3])
@@ -131,18 +136,10 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     return Term(resampled(color, mapping, mirror_ball=mirror_ball), strength)
 
 
-@evaluator("TEX_ENVIRONMENT")
-def _environment(reader: Reader, output: Output) -> Any:
-    texture = image_of_node(reader.translation, output.node, reader.owner, output.socket.name)
-    return np.full(3, 0.5) if texture is None else replace(texture, extension="repeat")
-
-
-def _mapping(reader: Reader, image: Output | None) -> NDArray[np.float64]:
+def _mapping(reader: Reader, image: Output) -> NDArray[np.float64]:
     """What the nodes before an environment image do to a direction: a (4, 4) affine map."""
-    source = None if image is None else linked(image.input("Vector"))
+    source = linked(image.input("Vector"))
     if source is None:
-        if image is None:
-            reader.note("an image that is no environment texture surrounds the scene as if it were one")
         return np.eye(4)
     if source.node.type == "TEX_COORD":
         if source.socket.name not in ("Generated", "Normal", "Object"):
@@ -158,11 +155,3 @@ def _polar(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     """Nearest orthogonal matrix, and what is left: matrix = rotation @ stretch."""
     left, lengths, right = np.linalg.svd(matrix)
     return left @ right, right.T @ np.diag(lengths) @ right
-
-
-def _find(source: Output | None, kind: str, depth: int = 0) -> Output | None:
-    """The first node of a type that feeds an output."""
-    if source is None or depth > 50 or source.node.type == kind:
-        return source if depth <= 50 else None
-    below = (linked(Input(socket, source.groups)) for socket in source.node.inputs)
-    return next((found for output in below if output and (found := _find(output, kind, depth + 1))), None)

@@ -33,7 +33,8 @@ def takes_seconds(palette: PropertyGroup) -> bool:
     """Whether this table needs a solver that is too slow for every drag of a slider."""
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
     distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
-    return distinct or (palette.robustness == "worst_case" and several)
+    paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)
+    return distinct or paint or (palette.robustness == "worst_case" and several)
 
 
 def _illuminant(holder: PropertyGroup, luminance: float, name: str) -> Illuminant:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,10 @@ from spectral_core.scene.shading.arithmetic import MATH
 from spectral_core.scene.shading.colors import CHANNELS, WHOLE
 from spectral_core.scene.shading.vectors import VECTOR_MATH, VECTOR_NUMBERS
 from spectral_core.spectra.catalogue import blackbody
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import observer
 
-from .fields import Value, mean_color
+from .fields import Value, color_of_spectrum, mean_color
 from .reader import Reader, evaluator
 from .tree import Input, Output
 
@@ -215,10 +218,42 @@ def _combine(reader: Reader, output: Output) -> Any:
     return reader.emit("to_rgb" if mode == "HSV" else "from_hsl", joined) if mode in ("HSV", "HSL") else joined
 
 
+KELVIN = (800.0, 12000.0)
+"""Where Blender's own table of temperatures ends."""
+
+
+@cache
+def _temperatures() -> np.ndarray:
+    """Colors (n, 4) of black bodies of luminance 1 over KELVIN."""
+    rows = [[*np.maximum(color_of_spectrum(blackbody(kelvin)), 0.0), 1.0] for kelvin in np.linspace(*KELVIN, 257)]
+    return np.array(rows)
+
+
+@cache
+def _monochrome() -> np.ndarray:
+    """Colors (81, 4) of single wavelengths from 380 to 780 nm, at Cycles' scale."""
+    viewer = observer()
+    nm = np.linspace(380, 780, 81)
+    xyz = np.stack([np.interp(nm, viewer.wavelengths_nm, row) for row in viewer.cmfs], axis=-1)
+    return np.concatenate([np.maximum(xyz @ RGB_FROM_XYZ.T / 2.52, 0.0), np.ones((81, 1))], axis=1)
+
+
+@evaluator("WAVELENGTH")
+def _wavelength(reader: Reader, output: Output) -> Any:
+    place = reader.emit(
+        "math", reader.read(output, "Wavelength", 500.0), 1 / 400, -380 / 400, settings=("MULTIPLY_ADD",)
+    )
+    return reader.emit("ramp_color", place, data=_monochrome())
+
+
 @evaluator("BLACKBODY")
 def _blackbody(reader: Reader, output: Output) -> Any:
     """Planck's law itself, as an illuminant: it is normalized to the luminance of white wherever it is used."""
     value: Value = reader.read(output, "Temperature")
+    if value.constant is None and reader.on_surface:
+        low, high = KELVIN
+        place = reader.emit("math", value, 1.0 / (high - low), -low / (high - low), settings=("MULTIPLY_ADD",))
+        return reader.emit("ramp_color", place, data=_temperatures())
     kelvin = float(mean_color(value)[0])
     if value.constant is None:
         reader.note(f"{output.label!r}: a temperature that varies is shown with its mean")
@@ -227,6 +262,8 @@ def _blackbody(reader: Reader, output: Output) -> Any:
 
 @evaluator("LIGHT_PATH")
 def _light_path(reader: Reader, output: Output) -> Any:
-    """Tricks that show the camera one thing and the light another: what the camera sees is taken."""
-    reader.note(f"{output.label!r} tells rays apart, which this engine does not; what the camera sees was used")
-    return 1.0 if output.socket.name == "Is Camera Ray" else 0.0
+    """What kind of ray meets the surface."""
+    name = output.socket.name
+    if name == "Portal Depth":
+        return 0.0
+    return reader.point(f"ray:{name}", 1)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .attributes import view_layer_attribute
 from .fields import Value
 from .reader import NEUTRAL, Reader, evaluator
 from .tree import Input, Output, linked
@@ -99,15 +100,24 @@ def _attribute(reader: Reader, output: Output) -> Any:
     node = output.node
     name = getattr(node, "attribute_name", "") or getattr(node, "layer_name", "")
     kind = getattr(node, "attribute_type", "GEOMETRY")
+    if kind == "VIEW_LAYER":
+        return _component(output, view_layer_attribute(reader.translation.depsgraph, name))
     if kind != "GEOMETRY":
-        reader.note(
-            f"{output.label!r} reads {name!r} of the {kind.lower().replace('_', ' ')}, which is not read; 0 was used"
-        )
-        return 0.0 if output.socket.type == "VALUE" else np.zeros(3)
+        value = reader.point(f"object_attribute:{kind}:{name}")
+        if output.socket.name == "Alpha":
+            return 1.0
+        return reader.emit("mean", value) if output.socket.type == "VALUE" else value
     if output.socket.name == "Alpha":
         return reader.point(f"attribute_alpha:{name}", 1)
     value = reader.point(f"attribute:{name}")
     return reader.emit("mean", value) if output.socket.type == "VALUE" else value
+
+
+def _component(output: Output, value: tuple[float, ...]) -> Any:
+    """What an output shows of an attribute that is the same everywhere, (r, g, b, alpha)."""
+    if output.socket.name == "Alpha":
+        return value[3]
+    return float(np.mean(value[:3])) if output.socket.type == "VALUE" else np.array(value[:3])
 
 
 @evaluator("PARTICLE_INFO", "HAIR_INFO", "POINT_INFO", "VOLUME_INFO", "WIREFRAME", "BEVEL", "AMBIENT_OCCLUSION")
@@ -188,7 +198,43 @@ def _normal_map(reader: Reader, output: Output) -> Any:
     return reader.emit("normal_blend", direction, strength, reader.point("normal"))
 
 
-@evaluator("DISPLACEMENT", "VECTOR_DISPLACEMENT")
+@evaluator("DISPLACEMENT")
 def _displacement(reader: Reader, output: Output) -> Any:
-    reader.note(f"{output.label!r} moves nothing here")
-    return np.zeros(3)
+    raised = reader.emit("math", reader.read(output, "Height"), reader.read(output, "Midlevel", 0.5), 0.0,
+                         settings=("SUBTRACT",))  # fmt: skip
+    raised = reader.emit("math", raised, reader.read(output, "Scale", 1.0), 0.0, settings=("MULTIPLY",))
+    normal = normal_of(reader, output.input("Normal"))
+    return reader.emit("vector_math", normal, raised, 0.0, 0.0, settings=("MULTIPLY",))
+
+
+@evaluator("VECTOR_DISPLACEMENT")
+def _vector_displacement(reader: Reader, output: Output) -> Any:
+    moved = reader.emit("vector_math", reader.read(output, "Vector"), reader.read(output, "Midlevel"), 0.0, 0.0,
+                        settings=("SUBTRACT",))  # fmt: skip
+    moved = reader.emit("vector_math", moved, reader.read(output, "Scale", 1.0), 0.0, 0.0, settings=("MULTIPLY",))
+    if output.node.space == "WORLD":
+        return moved
+    if output.node.space == "OBJECT":
+        return reader.emit("transformed", moved, settings=("VECTOR", "OBJECT", "WORLD"))
+    total: Any = np.zeros(3)  # of the tangent, the normal and the bitangent, as Cycles orders them
+    for axis, name in enumerate(("tangent", "normal", "bitangent")):
+        share = reader.emit("component", moved, settings=(axis,))
+        part = reader.emit("vector_math", reader.point(name), share, 0.0, 0.0, settings=("MULTIPLY",))
+        total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
+    return total
+
+
+def raised_normal(reader: Reader, place: Input) -> Value | None:
+    """The normal of a surface that displacement raises, None where nothing is linked.
+
+    As in Cycles the surface is raised by what of the displacement points along its normal.
+    """
+    if linked(place) is None:
+        return None
+    heights = []
+    for shift in range(3):
+        with reader.shifted(shift):
+            moved = reader.as_value(reader.field(place))
+        heights.append(reader.emit("vector_number", moved, reader.point("normal"), settings=("DOT_PRODUCT",)))
+    steps = (reader.point("step_x"), reader.point("step_y"))
+    return reader.emit("bump", reader.point("normal"), 1.0, 1.0, *heights, *steps)

@@ -13,6 +13,7 @@ from ... import compat
 from .. import spectra
 from ..context import Translation
 from . import media
+from .coordinate_nodes import raised_normal
 from .material_spectrum import with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
@@ -61,9 +62,12 @@ def _translate(translation: Translation, material: Any) -> Dressed:
         surface = surface_of(reader, None)
     else:
         place = Input(output.inputs["Surface"])
+        reader.raised = raised_normal(reader, Input(output.inputs["Displacement"]))
+        if reader.raised is not None and material.displacement_method != "BUMP":
+            reader.note("displacement does not move the surface; it bends its normals alone")
         surface = None if medium is not None and linked(place) is None else surface_of(reader, place)
-        if linked(Input(output.inputs["Displacement"])) is not None:
-            reader.note("displacement is not simulated; the surface stays as the mesh is")
+    if reader.skies:
+        reader.note("a sky on a surface is read by direction alone, without the sun's disk")
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
         surface = with_spectrum(surface, spectrum)

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import LARGEST, Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
-from spectral_core.scene.shading import Builder, Program
+from spectral_core.scene import LARGEST, Color, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene.atmosphere import Atmosphere
+from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
 
 from .. import spectra
@@ -29,8 +30,8 @@ MOST_NESTED = 2000
 class Reader:
     """Reads the sockets of one material, light or world.
 
-    ``on_surface``: whether values may vary from place to place; a lamp or world gets means, with a Note, and an
-    environment image as it is. ``shift``: where Bump samples its height, see ``vector_input``.
+    ``on_surface``: whether values may vary from place to place; a lamp gets means, with a Note.
+    ``shift``: where Bump samples its height, see ``vector_input``.
     """
 
     translation: Translation
@@ -39,9 +40,12 @@ class Reader:
     builder: Builder = field(default_factory=Builder)
     shift: int = 0
     material_index: int = 0
+    raised: Value | None = None
+    """The normal that displacement bends, in place of the surface's own; None where nothing does."""
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
-    _environments: list[ImageTexture] = field(default_factory=list)
+    skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)
+    """Pictures of skies by their ``id``, with what they show, the angle of the sun's disk (0: none), its intensity."""
 
     def note(self, message: str) -> None:
         """Tell the user something about the owner."""
@@ -99,24 +103,10 @@ class Reader:
         """A color as its owner can carry it."""
         if self.on_surface or isinstance(paint, (Color, Spectrum)):
             return paint
-        if isinstance(paint, Computed) and self._environments and "environment" in paint.program.inputs:
-            return self._environment_image(paint.program)
         if isinstance(paint, MixedPaint):
             return paint
         self.note(f"{place.node.name}: a color that varies from place to place is shown with its mean")
         return Color(np.broadcast_to(mean_color(paint), (3,)))
-
-    def _environment_image(self, program: Program) -> ImageTexture:
-        """A program of an environment image as an image: itself, or computed pixel by pixel."""
-        texture = self._environments[0]
-        if len(program.instructions) == 2:
-            return texture
-        height, width = texture.pixels.shape[:2]
-        u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
-        flat = (u.ravel(), v.ravel(), np.zeros(u.size))
-        pixels = program.evaluate(lambda name, shift: flat, np.float32)
-        pixels = np.nan_to_num(np.broadcast_to(pixels, (u.size, 3))).reshape(height, width, 3)
-        return replace(texture, pixels=pixels.astype(np.float32), color_space="linear")
 
     # what the nodes' evaluators ask for
 
@@ -144,11 +134,7 @@ class Reader:
         return found
 
     def as_field(self, found: Any, kind: str) -> Field:
-        """What an evaluator returned, as a field: plain numbers, colors and environment images are entered."""
-        if isinstance(found, ImageTexture):
-            self._environments.append(found)
-            place = self.builder.add("vector_input", (), "environment", 0)
-            return Value(self.builder, self.builder.add("image_color", (place,), False, data=found), "RGBA")
+        """What an evaluator returned, as a field: plain numbers and colors are entered."""
         if isinstance(found, Value):
             return replace(found, kind=kind) if kind in ("VALUE", "RGBA", "VECTOR") else found
         if isinstance(found, (Spectrum, SpectralImage, Mixed)):
@@ -200,6 +186,8 @@ class Reader:
 
     def point(self, name: str, width: int = 3) -> Value:
         """Something of the point that is shaded."""
+        if name == "normal" and self.raised is not None:
+            return self.raised
         operation = "vector_input" if width == 3 else "number_input"
         return Value(
             self.builder, self.builder.add(operation, (), name, self.shift), "VECTOR" if width == 3 else "VALUE"

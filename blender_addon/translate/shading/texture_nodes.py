@@ -222,7 +222,7 @@ def _brick(reader: Reader, output: Output) -> Any:
     )
 
 
-PATTERNS = ("TEX_MUSGRAVE", "TEX_GABOR", "TEX_SKY", "TEX_IES", "TEX_POINTDENSITY", "SCRIPT")
+PATTERNS = ("TEX_MUSGRAVE", "TEX_GABOR", "TEX_IES", "TEX_POINTDENSITY", "SCRIPT")
 
 
 @evaluator(*PATTERNS)

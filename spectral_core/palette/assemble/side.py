@@ -20,7 +20,8 @@ from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Row, Side, View
 from spectral_core.palette.assemble.wishes import Group, Target, Wishes
 from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
-from spectral_core.palette.qp.quadratic import Block, Quadratic, RowKey
+from spectral_core.palette.qp.block import Block, RowKey
+from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.worst_case import Shares
 from spectral_core.spectra.color import XYZ_FROM_RGB, lab_jacobian_from_linear_rgb
 
@@ -78,17 +79,23 @@ class Assembler:
         quadratic = Quadratic(blocks, boxes[:, 0], boxes[:, 1], *known)
         return Assembled(side, items, quadratic, tuple(columns), view)
 
-    def reassembled(self, before: Assembled, item: int) -> Assembled:
-        """The same side after ``with_target`` changed a cell of ``item``; everything else is kept."""
-        columns = {key: number for number, key in enumerate(before.group_conditions)}
-        number = before.items.index(item)
-        blocks = list(before.quadratic.blocks)
-        blocks[number] = self._block(before.view, item, columns)
-        old = before.quadratic
-        quadratic = Quadratic(
-            tuple(blocks), old.color_lower, old.color_upper, old.known_ties, old.known_targets, old.known_weights
-        )
-        return replace(before, quadratic=quadratic)
+    def reassembled(self, before: Assembled, cell: CellIndex) -> Assembled:
+        """The same side after ``with_target`` changed a cell; everything but its three rows is kept.
+
+        For errors in linear RGB: a row then depends on its cell by its color and weight alone.
+        """
+        target = self._targets[cell]
+        number = before.items.index(cell[0] if before.side == "reflectances" else cell[1])
+        block = before.quadratic.blocks[number]
+        rows = slice(3 * block.keys.index((0, cell)), 3 * block.keys.index((0, cell)) + 3)
+        targets, weights = block.targets.copy(), block.weights.copy()
+        targets[rows] = target.color
+        weights[rows] = self.row_weight(target.weight, target.exact, 0, cell)
+        assert block.own_weights is not None
+        own = block.own_weights.copy()
+        own[rows] = target.weight**2 / COLOR_NORM**2
+        changed = replace(block, targets=targets, weights=weights, own_weights=own)
+        return replace(before, quadratic=before.quadratic.with_block(number, changed))
 
     def _columns(self, view: View) -> dict[tuple[int, int], int]:
         """(group, condition) → number of its free color, for groups with an unknown member on this side."""

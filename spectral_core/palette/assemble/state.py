@@ -90,6 +90,10 @@ class PaletteState:
     def colors(self, condition: Condition = FIRST, matrices: Array | None = None) -> Array:
         """Linear RGB (R, L, 3) of every cell; ``matrices``: those of the lights, where they are at hand."""
         by_light = (self.light_matrices(condition.variant) if matrices is None else matrices)[condition.observer]
+        designed = [values for values in self.reflectances if values is not None]
+        if len(designed) == len(self.reflectances):
+            shown = np.array(designed) @ by_light.reshape(-1, by_light.shape[2]).T
+            return np.asarray(shown.reshape(len(designed), *by_light.shape[:2]))
         found = np.empty((len(self.reflectances), *by_light.shape[:2]))
         for i, values in enumerate(self.reflectances):
             found[i] = by_light @ values if values is not None else self.given_colors(i, condition)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.qp.quadratic import Block, RowKey
+from spectral_core.palette.qp.block import Block, RowKey
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

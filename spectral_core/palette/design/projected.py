@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.qp.block import Block, RowKey
 from spectral_core.palette.qp.engine import Answer, Engine
-from spectral_core.palette.qp.quadratic import Block, RowKey
 
 Array = NDArray[np.float64]
 

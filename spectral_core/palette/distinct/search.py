@@ -16,6 +16,8 @@ error of one unit (0.01 in linear RGB) costs in a cell.
 
 from __future__ import annotations
 
+from collections import Counter
+from copy import copy
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -71,6 +73,18 @@ def solve_distinct(
     for a general solver. Free lights are designed for the other cells first, then held. Raises InvalidInputError where
     no cell with a free reflectance is "distinct".
     """
+    return distinct_solutions(problem, starts=starts, seed=seed, warm=warm, engine=engine)[0]
+
+
+def distinct_solutions(
+    problem: PaletteProblem,
+    *,
+    starts: int | None = None,
+    seed: int = 0,
+    warm: PaletteSolution | None = None,
+    engine: str = "piqp",
+) -> tuple[PaletteSolution, ...]:
+    """The ends of all local searches of ``solve_distinct``, the best first; one solution where nothing was found."""
     started = perf_counter()
     wishes = compiled_wishes(problem)
     builder = Assembler(problem, wishes)
@@ -83,7 +97,7 @@ def solve_distinct(
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
         trace.notes.append("the cells beside the distinct ones cannot be met, so nothing was made distinct")
-        return _reported(builder, state, trace, apart=False)
+        return (_reported(builder, state, trace, apart=False),)
     phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
     cells = distinct_cells(builder, state, phase)
     given = None if warm is None else np.concatenate([_known(state.reflectances[item]) for item in phase.items])
@@ -91,21 +105,26 @@ def solve_distinct(
     if not found:
         state = state if warm is None else _others_first(builder, state, trace)
         trace.notes.append("the distinct cells cannot be met together with the others, so nothing was made distinct")
-        return _reported(builder, state, trace, apart=False)
+        return (_reported(builder, state, trace, apart=False),)
     if gamut != GAMUTS[0]:
         trace.notes.append(f"{gamut}: the display's gamut cannot be kept together with what the other cells ask")
-    best = max(found, key=lambda each: each.merit)
-    _, blocks = phase.quadratic.split(best.x)
-    state = state.with_values("reflectances", dict(zip(phase.items, blocks, strict=True)))
-    kept = Answer(tuple(blocks), np.zeros((0, 3)), (), best.check, (engine,) * len(found))
-    trace.answers, trace.joint, trace.settled, trace.sides = {"reflectances": kept}, best.check, True, {}
-    trace.engines.update(kept.engines)
-    trace.notes.append(
-        f"the distinct cells differ by at least ΔE2000 {best.least:.1f}: the best of {len(found)} local searches"
-    )
-    trace.timings["total"] = perf_counter() - started
-    solution = _reported(builder, state, trace, apart=best.least >= APART)
-    return replace(solution, residuals={**solution.residuals, "least_delta_e_2000": best.least})
+    made = []
+    for rank, each in enumerate(sorted(found, key=lambda each: -each.merit)):
+        own = copy(trace)
+        _, blocks = phase.quadratic.split(each.x)
+        kept = Answer(tuple(blocks), np.zeros((0, 3)), (), each.check, (engine,) * len(found))
+        own.answers, own.joint, own.settled, own.sides = {"reflectances": kept}, each.check, True, {}
+        own.engines = Counter(kept.engines)
+        which = "the best" if rank == 0 else f"number {rank + 1}"
+        own.notes = [
+            *trace.notes,
+            f"the distinct cells differ by at least ΔE2000 {each.least:.1f}: {which} of {len(found)} local searches",
+        ]
+        own.timings = {**trace.timings, "total": perf_counter() - started}
+        here = state.with_values("reflectances", dict(zip(phase.items, blocks, strict=True)))
+        solution = _reported(builder, here, own, apart=each.least >= APART)
+        made.append(replace(solution, residuals={**solution.residuals, "least_delta_e_2000": each.least}))
+    return tuple(made)
 
 
 def _reported(builder: Assembler, state: PaletteState, trace: SolveTrace, *, apart: bool) -> PaletteSolution:

@@ -163,7 +163,7 @@ class PaletteSession:
         item = cell[0] if assembled.side == "reflectances" else cell[1]
         if item not in assembled.items:
             return None
-        self._assembled = assembler.reassembled(assembled, item)
+        self._assembled = assembler.reassembled(assembled, cell)
         return assembled.items.index(item)
 
     # -- solving -------------------------------------------------------------------------------------------------------

@@ -28,9 +28,10 @@ from spectral_core.palette.paint.fluorescence import (
     energy_per_amount,
 )
 from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine
 from spectral_core.palette.qp.optimality import PERFECT, Check
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum

@@ -28,6 +28,9 @@ WALK_STEPS = 400
 """Bends of the walk before it gives up; some tens are usual."""
 
 
+_NONE = np.zeros(0)
+
+
 class ActiveSet:
     """Unknowns of an ``Arrow`` problem, which of them are held at bounds, and each block's elimination."""
 
@@ -52,6 +55,9 @@ class ActiveSet:
         self.multipliers: list[Array] = [np.zeros(0)] * count
         """Of the border rows of each block, at the last solution."""
         self.steps = 0
+        self._low_limit = self.lower - SLACK * (1 + np.abs(self.lower))
+        self._high_limit = self.upper + SLACK * (1 + np.abs(self.upper))
+        self._movable = self.lower < self.upper
         self.goal = self.x
         """The last solution with bounds held, whether or not it kept them."""
 
@@ -73,22 +79,32 @@ class ActiveSet:
             spectrum, free = self.arrow.spectra[k], self.free[begin:end]
             held = np.where(free, 0.0, self.x[begin:end])
             pull = spectrum.hessian @ held + spectrum.linear
-            factors = self._factors[k] = Factors(spectrum, spectrum.hessian, free)
+            factors = self._factors[k]
+            if factors is None or factors.hessian is not spectrum.hessian or not np.array_equal(factors.free, free):
+                factors = self._factors[k] = Factors(spectrum, spectrum.hessian, free.copy())
             # One right-hand side for the constant part, one for each free color.
-            right = np.concatenate([-pull[None], spectrum.ties])
-            border = np.concatenate([(spectrum.border_target - spectrum.border @ held)[None], spectrum.border_ties.T])
-            values, multipliers = factors.solve(right, border)
+            right = np.empty((1 + self.colors, end - begin))
+            right[0], right[1:] = -pull, spectrum.ties
+            border = spectrum.border
+            if len(border):
+                border_right = np.concatenate([(spectrum.border_target - border @ held)[None], spectrum.border_ties.T])
+                values, multipliers = factors.solve(right, border_right)
+                gradient = multipliers @ border
+            else:
+                values, multipliers = factors.solve(right, right)
+                gradient = np.zeros(right.shape)
             values[0] += held
-            gradient = values @ spectrum.hessian + multipliers @ spectrum.border
+            gradient += values @ spectrum.hessian
             gradient[0] += spectrum.linear
             gradient[1:] -= spectrum.ties
-            gradient[:, free] = 0.0
+            gradient *= ~free
             self._held_free[begin:end], self._held[begin:end] = free, self.x[begin:end]
             self._affine[0, begin:end] = values.T
             self._affine[1, begin:end] = gradient.T
             self._borders[k] = multipliers
             if self.colors:
-                self._schur[k] = (values @ spectrum.ties.T + multipliers @ spectrum.border_ties).T
+                found = values @ spectrum.ties.T
+                self._schur[k] = (found + multipliers @ spectrum.border_ties if len(border) else found).T
         self.stale.clear()
 
     def solved(self) -> tuple[Array, Array]:
@@ -106,8 +122,33 @@ class ActiveSet:
         if colors:
             values[:colors] = found
             gradient[:colors] = np.where(self.free[:colors], 0.0, system @ found - right)
-        self.multipliers = [full @ each for each in self._borders]
+        self.multipliers = [full @ each if each.size else _NONE for each in self._borders]
         return values, gradient
+
+    def slope(self, colors: Array) -> Array:
+        """Gradient by the free colors, (q,), at some colors, with all spectra at what the present bounds make of them.
+
+        0 for colors that are held by their boxes.
+        """
+        self._refresh()
+        right = self.arrow.color_system[1] + self._schur[:, :, 0].sum(axis=0)
+        return np.where(self.free[: self.colors], self._schur_system() @ colors - right, 0.0)
+
+    def unkept(self, colors: Array) -> list[int]:
+        """Take some free colors; the blocks whose present bounds are wrong at them."""
+        self.x[: self.colors] = colors
+        self._refresh()
+        values, gradient = self._affine @ np.concatenate([[1.0], colors])
+        wrong, _, _ = self._wrong(values, gradient, SLACK * self._scale())
+        wrong[: self.colors] = False
+        return sorted(set(self.block_of[wrong].tolist()))
+
+    def _wrong(self, values: Array, gradient: Array, slack: Array) -> tuple[Mask, Mask, Mask]:
+        """Unknowns on the wrong side of being free, and those of them below and above their bounds."""
+        below, above = self.free & (values < self._low_limit), self.free & (values > self._high_limit)
+        at_lower = self.x <= self.lower
+        inward = np.where(at_lower, gradient < -slack, gradient > slack) & ~self.free & self._movable
+        return below | above | inward, below, above
 
     def _schur_system(self) -> Array:
         """Curvature by the free colors with all spectra eliminated, (q, q)."""
@@ -118,7 +159,7 @@ class ActiveSet:
         free = self.free[: self.colors]
         found = np.zeros(self.colors)
         if free.any():
-            inner = system[free][:, free]
+            inner = system.copy() if free.all() else system[free][:, free]
             # A color that nothing pulls at has no curvature; the ridge leaves it where it was.
             own = np.diagonal(self.arrow.color_system[0])
             inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(own).max()), 1e-300)
@@ -163,8 +204,8 @@ class ActiveSet:
     def _scale(self) -> Array:
         """Size of each unknown's gradient, for what counts as rounding."""
         hessian, _ = self.arrow.color_system
-        colors = np.maximum(np.abs(np.diagonal(hessian)), 1e-300)
-        sizes = [float(np.diagonal(spectrum.hessian).max()) for spectrum in self.arrow.spectra]
+        colors = np.maximum(np.abs(hessian.diagonal()), 1e-300)
+        sizes = [spectrum.largest for spectrum in self.arrow.spectra]
         return np.concatenate([colors, np.repeat(sizes, np.diff(self.offsets))])
 
     def _toggle(self, which: Mask) -> None:
@@ -176,18 +217,13 @@ class ActiveSet:
     def settle(self, most: int = 4, *, fine: bool = False) -> bool:
         """Primal-dual active-set steps; whether they arrived at an optimum. ``fine``: with refined solutions."""
         slack = (FINE_SLACK if fine else SLACK) * self._scale()
-        movable = self.lower < self.upper
         for _ in range(most):
             self.steps += 1
             values, gradient = self.solved()
             if fine:
                 values, gradient = self._refined(values)
             self.goal = values
-            below = self.free & (values < self.lower - SLACK * (1 + np.abs(self.lower)))
-            above = self.free & (values > self.upper + SLACK * (1 + np.abs(self.upper)))
-            at_lower = self.x <= self.lower
-            inward = np.where(at_lower, gradient < -slack, gradient > slack) & ~self.free & movable
-            wrong = below | above | inward
+            wrong, below, above = self._wrong(values, gradient, slack)
             if not wrong.any():
                 self.x = np.clip(values, self.lower, self.upper)
                 return True
@@ -214,14 +250,13 @@ class ActiveSet:
         at_lower = x <= self.lower
         # With these gradients ``begin`` is optimal; the difference to the true ones is what the walk takes away.
         gradient = np.where(self.free, 0.0, np.where(at_lower, np.maximum(gradient, 0.0), np.minimum(gradient, 0.0)))
-        movable = self.lower < self.upper
         for _ in range(WALK_STEPS):
             self.steps += 1
             goal, goal_gradient = self.solved()
-            below = self.free & (goal < self.lower - SLACK * (1 + np.abs(self.lower)))
-            above = self.free & (goal > self.upper + SLACK * (1 + np.abs(self.upper)))
+            below = self.free & (goal < self._low_limit)
+            above = self.free & (goal > self._high_limit)
             at_lower = ~self.free & (x <= self.lower)
-            inward = ~self.free & movable & np.where(at_lower, goal_gradient < -slack, goal_gradient > slack)
+            inward = ~self.free & self._movable & np.where(at_lower, goal_gradient < -slack, goal_gradient > slack)
             if not (below.any() or above.any() or inward.any()):
                 self.x = np.clip(goal, self.lower, self.upper)
                 return True

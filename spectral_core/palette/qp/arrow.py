@@ -13,13 +13,14 @@ exact row has compliance 0. Thus no weight, however large, enters H and costs di
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from spectral_core.palette.qp.quadratic import Block, Quadratic
+from spectral_core.palette.qp.block import Block
+from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -49,18 +50,8 @@ class Spectrum:
     """ω in H, (m,)."""
     color_hessian: Array
     color_linear: Array
-
-
-@dataclass(slots=True)
-class Elimination:
-    """x = x0 + X g, y = y0 + Y g and the gradient z = z0 + Z g of a block, and its part of the Schur complement."""
-
-    value: Array
-    by_color: Array
-    multiplier: Array
-    multiplier_by_color: Array
-    schur: Array
-    schur_right: Array
+    largest: float
+    """Largest curvature, max of the diagonal of H."""
 
 
 def median_weight(problem: Quadratic) -> tuple[float, float]:
@@ -98,6 +89,18 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
         weights,
         tied.T @ block.ties,
         -(block.targets @ tied),
+        float(hessian.diagonal().max(initial=0.0)),
+    )
+
+
+def retargeted(before: Spectrum, block: Block) -> Spectrum:
+    """The squares of a block of which only targets changed: H, and factors of it, stay."""
+    forces = before.weights * block.targets
+    return replace(
+        before,
+        linear=-(forces @ block.rows),
+        border_target=block.targets[before.in_border],
+        color_linear=-(forces @ block.ties),
     )
 
 
@@ -105,41 +108,40 @@ class Factors:
     """H of one block on its free unknowns, factored, with the border eliminated; solves for any right-hand side."""
 
     def __init__(self, spectrum: Spectrum, hessian: Array, free: Mask) -> None:
-        self._spectrum = spectrum
-        self._free = free
-        self._all = bool(free.all())
-        self.colors, self.size = spectrum.ties.shape
-        inner = hessian if self._all else hessian[free][:, free]
+        self._border, self.hessian, self.free = spectrum.border, hessian, free
+        self._at = np.flatnonzero(free)
+        self._all = self._at.size == free.size
+        inner = hessian if self._all else hessian.take(self._at, axis=0).take(self._at, axis=1)
         # Without smoothness H may be singular to rounding; more ridge then costs digits, not the answer.
-        for boost in (0.0, 1e-11, 1e-9, 1e-7):
-            self._factor, failed = dpotrf(inner if boost == 0 else _ridged(inner, boost), lower=1)
+        self._factor, failed = dpotrf(inner, lower=1)
+        for boost in (1e-11, 1e-9, 1e-7):
             if not failed:
                 break
-        else:
+            self._factor, failed = dpotrf(_ridged(inner, boost), lower=1)
+        if failed:
             raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
-        self._border_solved = self._solved(spectrum.border)
-        if len(spectrum.border):
-            schur = spectrum.border @ self._border_solved.T
-            least = STIFFNESS * max(float(np.diagonal(schur).max()), 1e-300)
+        if len(self._border):
+            self._border_solved = self._solved(self._border)
+            schur = self._border @ self._border_solved.T
+            least = STIFFNESS * max(float(schur.diagonal().max()), 1e-300)
             schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur
 
     def _solved(self, rows: Array) -> Array:
         """H⁻¹ on the free unknowns for each row of (k, n), 0 on the others."""
-        if not len(rows) or not self._free.any():
-            return np.zeros_like(rows)
-        if self._all:
-            return np.ascontiguousarray(dpotrs(self._factor, rows.T, lower=1)[0].T)
-        found = np.zeros_like(rows)
-        found[:, self._free] = dpotrs(self._factor, rows[:, self._free].T, lower=1)[0].T
+        if self._all and len(rows):
+            return np.asarray(dpotrs(self._factor, rows.T, lower=1)[0].T)
+        found = np.zeros(rows.shape)
+        if len(rows) and self._at.size:
+            found[:, self._at] = dpotrs(self._factor, rows.take(self._at, axis=1).T, lower=1)[0].T
         return found
 
     def solve(self, right: Array, border_right: Array) -> tuple[Array, Array]:
         """x (k, n) and y (k, b) with H x + Eᵀ y = right, E x − c y = border_right, row by row."""
         values = self._solved(right)
-        if not len(self._spectrum.border):
+        if not len(self._border):
             return values, np.zeros((len(right), 0))
-        multipliers = _symmetric_solve(self._schur, (values @ self._spectrum.border.T - border_right).T).T
+        multipliers = _symmetric_solve(self._schur, (values @ self._border.T - border_right).T).T
         return values - multipliers @ self._border_solved, multipliers
 
 
@@ -183,9 +185,14 @@ class Arrow:
         cap = min(CAP, CAP_OVER_LIGHTEST * lightest / unit)
         if not (0.1 < unit / self.unit < 10 and 0.1 < cap / self.cap < 10):
             return False
-        self.problem = problem
+        before, self.problem = self.problem, problem
         for k in changed:
-            self.spectra[k] = squared(problem.blocks[k], self.unit, self.cap)
+            old, block = before.blocks[k], problem.blocks[k]
+            # An exact row may have become a heavy one: the weights say all.
+            if block.rows is old.rows and block.ties is old.ties and np.array_equal(block.weights, old.weights):
+                self.spectra[k] = retargeted(self.spectra[k], block)
+            else:
+                self.spectra[k] = squared(block, self.unit, self.cap)
         self._known()
         return True
 
@@ -198,12 +205,10 @@ class Arrow:
 
     def row_forces(self, x: Array, multipliers: list[Array]) -> list[Array]:
         """Multiplier of each row of each block in the problem's own units, from those of the border rows."""
-        colors, values = self.problem.split(x)
         forces = []
-        for block, spectrum, value, multiplier in zip(
-            self.problem.blocks, self.spectra, values, multipliers, strict=True
-        ):
-            force = spectrum.weights * block.misses(value, colors.ravel())
-            force[spectrum.in_border] += multiplier
+        for left, spectrum, multiplier in zip(self.problem.all_misses(x), self.spectra, multipliers, strict=True):
+            force = spectrum.weights * left
+            if multiplier.size:
+                force[spectrum.in_border] += multiplier
             forces.append(self.unit * force)
         return forces

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.arrow import Arrow, Spectrum
-from spectral_core.palette.qp.quadratic import FAR, Block, Quadratic
+from spectral_core.palette.qp.block import Block
+from spectral_core.palette.qp.quadratic import FAR, Quadratic
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -120,7 +120,15 @@ class Engine:
         return None if changed is None else sorted(set(changed) | (before ^ self._impossible))
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
-        warm = self._warm(problem, changed)
+        # Exact rows that conflict across spectra make the walk long, and the interior point diverge.
+        warm = self._warm(problem, changed, walk=not problem.has_equalities)
+        if problem.has_equalities and self._active is not None and (warm is None or not warm.check.passed):
+            elastic = self._still_conflicting(problem, None)
+            if elastic is not None:
+                self._conflict = True
+                return elastic
+            # They can hold, and the elastic answer is near the exact one.
+            warm = self._warm(problem, None)
         answer = warm if warm is not None and warm.check.passed else self._cold(problem)
         if not answer.check.passed:
             # What failed is no place to go on from.
@@ -129,7 +137,7 @@ class Engine:
 
     # -- gears -----------------------------------------------------------------------------------------------------
 
-    def _warm(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
+    def _warm(self, problem: Quadratic, changed: list[int] | None, *, walk: bool = True) -> Answer | None:
         """From the last answer: the active set, else the walk; None where there is no such answer."""
         active, arrow = self._active, self._arrow
         if active is None or arrow is None or not _alike(arrow.problem, problem):
@@ -145,7 +153,7 @@ class Engine:
             begin, free = active.x.copy(), active.free.copy()
         active.steps = 0
         try:
-            arrived = active.settle() or guided(active, begin, free, changed)
+            arrived = (changed is None and active.settle()) or guided(active, begin, free, changed, walk=walk)
         except np.linalg.LinAlgError:
             return None
         self.steps = active.steps

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.backends import EQUAL, FAR
-from spectral_core.palette.qp.quadratic import Quadratic, RowKey
+from spectral_core.palette.qp.block import RowKey
+from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
 

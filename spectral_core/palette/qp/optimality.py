@@ -71,17 +71,24 @@ def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
         return FAILED
     gradient = problem.gradient(x, forces) / _scale(problem)
     kkt = float(np.abs(x - np.clip(x - gradient, problem.lower, problem.upper)).max(initial=0.0))
-    colors, values = problem.split(x)
     equality = 0.0
-    for block, value, force in zip(problem.blocks, values, forces, strict=True):
-        misses = block.misses(value, colors.ravel())
-        exact = block.exact
-        equality = max(equality, float(np.abs(misses[exact]).max(initial=0.0)))
-        soft = block.soft_weights > 0
-        # A multiplier must be what its row leaves times its weight, or it explains nothing.
-        kkt = max(kkt, float(np.abs(misses[soft] - force[soft] / block.weights[soft]).max(initial=0.0)))
+    if problem.stack is not None:
+        soft, exact = problem.stack.soft_weights, problem.stack.exact
+        misses = problem.stack.misses(x[problem.offsets[0] :].reshape(len(problem.blocks), -1), x[: problem.offsets[0]])
+        kkt = max(kkt, _unexplained(misses, np.asarray(forces), soft))
+        equality = float(np.abs(misses[exact]).max(initial=0.0))
+    else:
+        for block, left, force in zip(problem.blocks, problem.all_misses(x), forces, strict=True):
+            kkt = max(kkt, _unexplained(left, force, block.soft_weights))
+            equality = max(equality, float(np.abs(left[block.exact]).max(initial=0.0)))
     outside = float(np.maximum(problem.lower - x, x - problem.upper).max(initial=0.0))
     return Check(kkt, outside, equality)
+
+
+def _unexplained(misses: Array, forces: Array, weights: Array) -> float:
+    """A multiplier must be what its row leaves times its weight, or it explains nothing."""
+    soft = weights > 0
+    return float(np.abs(misses[soft] - forces[soft] / weights[soft]).max(initial=0.0))
 
 
 def _scale(problem: Quadratic) -> Array:
@@ -89,8 +96,9 @@ def _scale(problem: Quadratic) -> Array:
     lightest = np.full(problem.color_lower.size, np.inf)
     for block in problem.blocks:
         lightest = np.minimum(lightest, block.lightest_ties)
-    for weight, tie in zip(problem.known_weights, problem.known_ties, strict=True):
-        lightest[tie != 0] = np.minimum(lightest[tie != 0], weight)
+    if problem.known_weights.size and lightest.size:
+        known = np.where(problem.known_ties != 0, problem.known_weights[:, None], np.inf)
+        lightest = np.minimum(lightest, known.min(axis=0))
     lengths = [block.lower.size for block in problem.blocks]
     colors = np.where(np.isfinite(lightest), lightest, 1.0)
     return np.concatenate([colors, np.repeat([block.scale for block in problem.blocks], lengths)])

@@ -19,80 +19,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.qp.block import Block, Stack
+
 if TYPE_CHECKING:
     from scipy import sparse
 
 Array = NDArray[np.float64]
-DIM = 1e-7
-"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
-
 FAR = 1e30
 """Stands for infinity where a solver wants a number."""
-
-RowKey = tuple[int, tuple[int, int]]
-"""(condition, cell) from which three rows come."""
-
-
-@dataclass(frozen=True, eq=False)
-class Block:
-    """One designed spectrum of n values: its rows, its roughness and its bounds."""
-
-    rows: Array
-    """A, (m, n)."""
-    targets: Array
-    """t, (m,)."""
-    ties: Array
-    """τ, (m, q): how each row depends on the free colors."""
-    weights: Array
-    """ω, (m,): squared weights; infinite where the row must hold exactly."""
-    roughness: Array
-    """D, (r, n)."""
-    gram: Array
-    """DᵀD, (n, n)."""
-    lower: Array
-    upper: Array
-    keys: tuple[RowKey, ...] = ()
-    """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
-    own_weights: Array | None = None
-    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
-
-    @cached_property
-    def exact(self) -> NDArray[np.bool_]:
-        """Rows that must hold exactly, (m,)."""
-        return np.isinf(self.weights)
-
-    @cached_property
-    def soft_weights(self) -> Array:
-        """ω, (m,), with 0 for rows that must hold exactly."""
-        return np.where(self.exact, 0.0, self.weights)
-
-    @cached_property
-    def scale(self) -> float:
-        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
-
-        Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
-        """
-        strength = np.abs(self.rows).max(axis=1, initial=0.0)
-        shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
-        if self.keys:
-            # Three rows are one color: the strongest of them says how well it shows.
-            colored = 3 * len(self.keys)
-            strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
-            shown[colored:] = False
-        lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
-        curvature = float(np.diagonal(self.gram).max(initial=0.0))
-        strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
-        return min(strongest, lightest) or 1.0
-
-    @cached_property
-    def lightest_ties(self) -> Array:
-        """Least weight with which rows are tied to each free color, (q,); infinite where none is."""
-        tied = (self.ties != 0) & (self.soft_weights > 0)[:, None]
-        return np.where(tied, self.soft_weights[:, None], np.inf).min(axis=0, initial=np.inf)
-
-    def misses(self, x: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (m,)."""
-        return self.rows @ x - self.targets - self.ties @ colors
 
 
 @dataclass(eq=False)
@@ -131,7 +65,33 @@ class Quadratic:
     @cached_property
     def has_equalities(self) -> bool:
         """Whether any row must hold exactly."""
-        return any(block.exact.any() for block in self.blocks)
+        return any(block.any_exact for block in self.blocks)
+
+    @cached_property
+    def stack(self) -> Stack | None:
+        """The blocks as arrays; None where their shapes differ, or there are too few to gain by it."""
+        shapes = {(block.rows.shape, id(block.gram)) for block in self.blocks}
+        return Stack.of(self.blocks) if len(shapes) == 1 and len(self.blocks) > 1 else None
+
+    def with_block(self, k: int, block: Block) -> Quadratic:
+        """The same problem with other targets or weights in one block; what does not depend on them is kept."""
+        blocks = (*self.blocks[:k], block, *self.blocks[k + 1 :])
+        found = Quadratic(
+            blocks, self.color_lower, self.color_upper, self.known_ties, self.known_targets, self.known_weights
+        )
+        for name in ("offsets", "lower", "upper"):
+            found.__dict__[name] = getattr(self, name)
+        if self.stack is not None:
+            found.__dict__["stack"] = self.stack.with_block(k, block)
+        return found
+
+    def all_misses(self, x: Array) -> list[Array]:
+        """What each row of each block leaves, unweighted."""
+        count = self.offsets[0]
+        if self.stack is not None:
+            return list(self.stack.misses(x[count:].reshape(len(self.blocks), -1), x[:count]))
+        _, values = self.split(x)
+        return [block.misses(value, x[:count]) for block, value in zip(self.blocks, values, strict=True)]
 
     def split(self, x: Array) -> tuple[Array, list[Array]]:
         """Free colors (G, 3) and the spectra."""
@@ -183,6 +143,13 @@ class Quadratic:
         by_colors = self.known_ties.T @ (self.known_weights * (self.known_targets + self.known_ties @ colors.ravel()))
         if by_colors.size == 0:
             by_colors = np.zeros(colors.size)
+        if self.stack is not None:
+            pulls = np.array(forces)
+            own = np.matmul(pulls[:, None, :], self.stack.rows)[:, 0]
+            own += x[colors.size :].reshape(own.shape) @ self.blocks[0].gram
+            if colors.size:
+                by_colors = by_colors - np.matmul(pulls[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
+            return np.concatenate([by_colors, own.ravel()])
         parts = []
         for block, value, force in zip(self.blocks, values, forces, strict=True):
             parts.append(block.gram @ value + block.rows.T @ force)

@@ -16,9 +16,13 @@ DENSE_LIMIT = 200
 """Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
 REDUCED_STEPS = 12
 """Newton steps in the free colors before the walk is asked; three to six are usual."""
+OVERSHOT, HALVINGS = 0.5, 6
+"""Slope at the end of a step, as a share of that at its beginning, from which the step is cut back; and how often."""
+QUICK_STEPS = 2
+"""Active-set steps after an edit of one spectrum, which daqp has brought to its optimum; more seldom arrive."""
 
 
-def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
+def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None, *, walk: bool) -> bool:
     """The walk, with the changed spectra brought to their optimum at the old free colors first.
 
     Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
@@ -34,6 +38,8 @@ def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | Non
         Which of them were off their bounds.
     changed
         Blocks that differ from the last problem; None for all.
+    walk
+        Whether the walk, the slowest gear, may be asked.
 
     Returns
     -------
@@ -49,7 +55,9 @@ def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | Non
             if found is not None:
                 begin[at], free[at] = found
     active.begin(begin, free)
-    return active.settle(1) or _reduced(active) or active.walk(begin, free)
+    return (
+        active.settle(1 if changed is None else QUICK_STEPS) or _reduced(active) or (walk and active.walk(begin, free))
+    )
 
 
 def _reduced(active: ActiveSet) -> bool:
@@ -57,23 +65,48 @@ def _reduced(active: ActiveSet) -> bool:
 
     The sum of squares with every spectrum at its best is a convex, piecewise quadratic function of the few free
     colors. A step solves the colors with the present bounds held; daqp then finds the bounds of those spectra that
-    do not keep theirs at the new colors. Where all keep theirs, that is the optimum.
+    do not keep theirs at the new colors. Where all keep theirs, that is the optimum. A step that goes so far that the
+    function rises steeply again is cut back to where its slope, by the secant, is 0.
     """
     count = active.colors
-    for _ in range(REDUCED_STEPS):
+    before, step, fall = np.zeros(count), np.zeros(count), 0.0
+    for number in range(REDUCED_STEPS):
         # What the last step toggled is stale: the spectra whose bounds changed at the colors that it found.
-        moved = sorted(active.stale)
-        begin, free = active.x.copy(), active.free.copy()
-        colors = begin[:count] = np.clip(active.goal[:count], active.lower[:count], active.upper[:count])
-        for k in moved:
-            at = slice(active.offsets[k], active.offsets[k + 1])
-            if at.stop - at.start >= DENSE_LIMIT:
+        colors = np.clip(active.goal[:count], active.lower[:count], active.upper[:count])
+        if not _solved_at(active, colors):
+            return False
+        slope = active.slope(colors)
+        reach = 1.0
+        for _ in range(HALVINGS if number else 0):
+            rise = float(slope @ step)
+            # A step cut off by color boxes, or one of rounding alone, need not go down.
+            if fall >= 0 or rise <= OVERSHOT * -fall:
+                break
+            reach *= fall / (fall - rise)
+            colors = before + reach * step
+            if not _solved_at(active, colors):
                 return False
-            found = lone_spectrum(active.arrow.spectra[k], active.lower[at], active.upper[at], colors, begin[at])
-            if found is None:
-                return False
-            begin[at], free[at] = found
-        active.begin(begin, free)
+            slope = active.slope(colors)
         if active.settle(1):
             return True
+        before, step = colors, np.clip(active.goal[:count], active.lower[:count], active.upper[:count]) - colors
+        fall = float(slope @ step)
     return False
+
+
+def _solved_at(active: ActiveSet, colors: Array) -> bool:
+    """Bring all spectra to their optimum at given free colors; whether that was possible."""
+    changing = active.unkept(colors)
+    if not changing:
+        return True
+    begin, free = active.x.copy(), active.free.copy()
+    for k in changing:
+        at = slice(active.offsets[k], active.offsets[k + 1])
+        if at.stop - at.start >= DENSE_LIMIT:
+            return False
+        found = lone_spectrum(active.arrow.spectra[k], active.lower[at], active.upper[at], colors, begin[at])
+        if found is None:
+            return False
+        begin[at], free[at] = found
+    active.begin(begin, free)
+    return True

@@ -7,6 +7,7 @@ import itertools
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from scipy.optimize import linprog, minimize
 
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.white import (
     LAMP_GRID,
     RenderingReference,
@@ -30,6 +32,10 @@ Array = NDArray[np.float64]
 
 MOST_SETS_OF_A_SIZE = 13_000
 """All sets of one size of 16 channels."""
+MARGIN = 0.05
+"""By how much an index may fall short and still be called met: less than its printed digit."""
+SOFTNESS = 0.5
+"""Indices within this of the worst one are raised with it."""
 TRIED_SETS_OF_A_SIZE = 12
 """Sets of one size that are optimized, those with the broadest spectrum first."""
 
@@ -38,9 +44,9 @@ TRIED_SETS_OF_A_SIZE = 12
 class LampRecipe:
     """Drive levels (k,) in [0, 1] of the channels in ``names``, the brightest at 1, and the lamp that they give.
 
-    ``cct_k``, ``duv``, ``rendering_index`` (Ra) and ``efficacy_lm_per_w`` (of the radiation) are of the mixed spectrum;
-    ``dosage_delta_uv``: rms shift of the white in CIE 1960 uv for 2 % error of each drive; ``met``: whether the white
-    is within 0.001 and the rendering index as asked.
+    ``cct_k``, ``duv``, ``rendering_index`` (Ra), ``fidelity`` and ``gamut`` (Rf and Rg of TM-30-18) and
+    ``efficacy_lm_per_w`` (of the radiation) are of the mixed spectrum; ``dosage_delta_uv``: rms shift of the white in
+    CIE 1960 uv for 2 % error of each drive; ``met``: whether white, Ra, Rf and Rg are as asked.
     """
 
     names: tuple[str, ...]
@@ -49,6 +55,8 @@ class LampRecipe:
     cct_k: float
     duv: float
     rendering_index: float
+    fidelity: float
+    gamut: float
     efficacy_lm_per_w: float
     dosage_delta_uv: float
     met: bool
@@ -62,10 +70,55 @@ class LampRecipe:
         return "\n".join(
             [
                 *lines,
-                f"{self.cct_k:.0f} K, Duv {self.duv:+.5f}, Ra {self.rendering_index:.1f}, "
-                f"{self.efficacy_lm_per_w:.0f} lm per watt of radiation",
+                f"{self.cct_k:.0f} K, Duv {self.duv:+.5f}, Ra {self.rendering_index:.1f}, Rf {self.fidelity:.1f}, "
+                f"Rg {self.gamut:.1f}, {self.efficacy_lm_per_w:.0f} lm per watt of radiation",
+                f"2 % errors of the drives move the white by Δuv {self.dosage_delta_uv:.4f}",
             ]
         )
+
+
+@dataclass(frozen=True, slots=True)
+class LampQuality:
+    """What is asked of a lamp beside its white. None: not asked.
+
+    ``rendering_index``: least Ra; ``fidelity``: least Rf; ``gamut``: least and greatest Rg; ``cct_tolerance_k`` and
+    ``duv_tolerance``: how far the white may be off where that helps.
+    """
+
+    rendering_index: float | None = 80.0
+    fidelity: float | None = None
+    gamut: tuple[float, float] | None = None
+    cct_tolerance_k: float = 0.0
+    duv_tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_range("cct_tolerance_k", self.cct_tolerance_k, 0.0, 2_000.0, " K")
+        require_range("duv_tolerance", self.duv_tolerance, 0.0, 0.02)
+        if self.gamut is not None and self.gamut[0] > self.gamut[1]:
+            raise InvalidInputError(f"Rg is asked from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
+
+    def margins(self, spd: Array, kelvin: float) -> list[float]:
+        """How far each asked index is above what is asked; negative where it falls short."""
+        found = []
+        if self.rendering_index is not None:
+            found.append(_rendering(kelvin).index(spd) - self.rendering_index)
+        if self.fidelity is not None or self.gamut is not None:
+            fidelity, gamut = _fidelity(kelvin).indices(spd)
+            if self.fidelity is not None:
+                found.append(fidelity - self.fidelity)
+            if self.gamut is not None:
+                found += [gamut - self.gamut[0], self.gamut[1] - gamut]
+        return found or [0.0]
+
+
+@cache
+def _rendering(kelvin: float) -> RenderingReference:
+    return RenderingReference(kelvin)
+
+
+@cache
+def _fidelity(kelvin: float) -> FidelityReference:
+    return FidelityReference(kelvin)
 
 
 def lamp_recipe(
@@ -73,18 +126,19 @@ def lamp_recipe(
     cct_k: float,
     *,
     duv: float = 0.0,
-    rendering_index: float = 80.0,
+    quality: LampQuality | None = None,
     most_channels: int | None = None,
     wanted_xyz: Array | None = None,
 ) -> LampRecipe:
-    """Find drive levels that reach a white with a color rendering index at least as asked, with few channels.
+    """Find drive levels that reach a white with color rendering at least as asked, with few channels.
 
     Parameters
     ----------
     channels : spectra of the channels at full drive, 3 to 16.
     cct_k : wanted color temperature, 1,500 to 20,000 kelvin.
     duv : wanted distance from Planck's locus, -0.02 to 0.02.
-    rendering_index : least Ra asked for; where it cannot be reached the highest is given and ``met`` is False.
+    quality : what is asked beside the white, Ra 80 by default; where it cannot be reached the nearest is given and
+        ``met`` is False.
     most_channels : channels that may be used, at least 3; all where None.
     wanted_xyz : (3,), a white that replaces temperature and Duv.
 
@@ -93,35 +147,56 @@ def lamp_recipe(
     InvalidInputError : too few channels, or no mix of them has the wanted white.
     """
     started = time.perf_counter()
+    quality = quality or LampQuality()
     if not 3 <= len(channels) <= 16:
         raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
-    if wanted_xyz is None:
-        require_range("color temperature", cct_k, 1_500, 20_000, " K")
-        require_range("Duv", duv, -0.02, 0.02)
-        wanted_xyz = white_xyz(cct_k, duv)
     most = (
         len(channels) if most_channels is None else int(require_range("most_channels", most_channels, 3, len(channels)))
     )
     spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in channels])
-    rendering = RenderingReference(cct_and_duv(wanted_xyz)[0])
     best: tuple[float, Array] | None = None
-    for chosen in _combinations(spds, wanted_xyz, most):
-        drives = _optimized(spds[list(chosen)], wanted_xyz, rendering)
-        if drives is None:
-            continue
-        index = rendering.index(drives @ spds[list(chosen)])
-        if best is None or index > best[0]:
-            full = np.zeros(len(channels))
-            full[list(chosen)] = drives
-            best = index, full
-        if index >= rendering_index:
+    for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [wanted_xyz]:
+        found = _best_mix(spds, white, quality, most)
+        if found is not None and (best is None or found[0] > best[0]):
+            best = found
+        if best is not None and best[0] >= 0:
             break
     if best is None:
+        wanted = white_xyz(cct_k, duv) if wanted_xyz is None else wanted_xyz
         raise InvalidInputError(
-            f"no mix of the {len(channels)} channels has the white XYZ {np.round(wanted_xyz, 3).tolist()}; add a "
+            f"no mix of the {len(channels)} channels has the white XYZ {np.round(wanted, 3).tolist()}; add a "
             "channel on the other side of the wanted color"
         )
-    return _described(channels, spds, best[1] / best[1].max(), (wanted_xyz, rendering_index, started))
+    return _described(channels, spds, best[1] / best[1].max(), (best[0] >= -MARGIN, started))
+
+
+def _whites(cct_k: float, duv: float, quality: LampQuality) -> list[Array]:
+    """The wanted white, then those at the ends of what is tolerated, a little inside."""
+    require_range("color temperature", cct_k, 1_500, 20_000, " K")
+    require_range("Duv", duv, -0.02, 0.02)
+    around = {(0.0, 0.0)}
+    if quality.cct_tolerance_k or quality.duv_tolerance:
+        around |= {(-0.95, 0.0), (0.95, 0.0), (0.0, -0.95), (0.0, 0.95)}
+    ordered = sorted(around, key=lambda step: abs(step[0]) + abs(step[1]))
+    return [white_xyz(cct_k + t * quality.cct_tolerance_k, duv + d * quality.duv_tolerance) for t, d in ordered]
+
+
+def _best_mix(spds: Array, white: Array, quality: LampQuality, most: int) -> tuple[float, Array] | None:
+    """Least margin and drives (k,) of the first set of channels that meets what is asked, or of the best."""
+    kelvin = round(cct_and_duv(white)[0], 1)
+    best: tuple[float, Array] | None = None
+    for chosen in _combinations(spds, white, most):
+        drives = _optimized(spds[list(chosen)], white, quality, kelvin)
+        if drives is None:
+            continue
+        margin = min(quality.margins(drives @ spds[list(chosen)], kelvin))
+        if best is None or margin > best[0]:
+            full = np.zeros(len(spds))
+            full[list(chosen)] = drives
+            best = margin, full
+        if margin >= 0:
+            break
+    return best
 
 
 def _combinations(spds: Array, wanted: Array, most: int) -> list[tuple[int, ...]]:
@@ -147,8 +222,8 @@ def _combinations(spds: Array, wanted: Array, most: int) -> list[tuple[int, ...]
     return kept
 
 
-def _optimized(spds: Array, wanted: Array, rendering: RenderingReference) -> Array | None:
-    """Drives (k,) of the highest rendering index on the wanted white, up to a common factor."""
+def _optimized(spds: Array, wanted: Array, quality: LampQuality, kelvin: float) -> Array | None:
+    """Drives (k,) with the largest least margin on the wanted white, up to a common factor."""
     matrix = spds @ xyz_from_spd().T
     first = linprog(np.zeros(len(spds)), A_eq=matrix.T, b_eq=wanted, bounds=(0, None), method="highs-ds")
     if first.status != 0:
@@ -159,8 +234,14 @@ def _optimized(spds: Array, wanted: Array, rendering: RenderingReference) -> Arr
     _, _, rows = np.linalg.svd(matrix.T)
     free = rows[3:].T
     center = _center(first.x, free)
+
+    def short(z: Array) -> float:
+        # A smooth least: the worst of the margins counts most.
+        margins = np.array(quality.margins(np.maximum(center + free @ z, 0) @ spds, kelvin))
+        return float(SOFTNESS * np.logaddexp.reduce(-margins / SOFTNESS))
+
     answer = minimize(
-        lambda z: -rendering.index(np.maximum(center + free @ z, 0) @ spds),
+        short,
         np.zeros(free.shape[1]),
         constraints=[{"type": "ineq", "fun": lambda z: center + free @ z, "jac": lambda _: free}],
         method="SLSQP",
@@ -181,15 +262,12 @@ def _center(start: Array, free: Array) -> Array:
     return np.asarray(start + free @ answer.x[:-1]) if answer.status == 0 else start
 
 
-def _described(
-    channels: Sequence[Illuminant], spds: Array, drives: Array, asked: tuple[Array, float, float]
-) -> LampRecipe:
-    wanted, rendering_index, started = asked
+def _described(channels: Sequence[Illuminant], spds: Array, drives: Array, outcome: tuple[bool, float]) -> LampRecipe:
+    met, started = outcome
     spd = drives @ spds
     xyz = xyz_from_spd() @ spd
     cct, duv = cct_and_duv(xyz)
-    index = color_rendering_index(spd)
-    offset = float(np.linalg.norm(uv_from_xyz(xyz) - uv_from_xyz(wanted)))
+    fidelity, gamut = _fidelity(round(cct, 1)).indices(spd)
     # First-order change of uv with the logarithm of each drive, by central differences.
     step = 1e-4
     shifts = [
@@ -201,7 +279,7 @@ def _described(
     ]  # fmt: skip
     return LampRecipe(
         tuple(channel.name for channel in channels), frozen_array("drives", drives),
-        Illuminant("mixed lamp", LAMP_GRID, spd), cct, duv, index, luminous_efficacy(spd),
-        0.02 * float(np.sqrt(np.sum(np.square(shifts)))), offset < 0.001 and index >= rendering_index,
-        time.perf_counter() - started,
+        Illuminant("mixed lamp", LAMP_GRID, spd), cct, duv, color_rendering_index(spd), fidelity, gamut,
+        luminous_efficacy(spd),
+        0.02 * float(np.sqrt(np.sum(np.square(shifts)))), met, time.perf_counter() - started,
     )  # fmt: skip

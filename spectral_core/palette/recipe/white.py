@@ -81,13 +81,20 @@ def reference_spd(kelvin: float) -> Array:
     """Reference illuminant of CIE 13.3 on LAMP_GRID: a black body, or a phase of daylight from 5,000 K on."""
     if kelvin < DAYLIGHT_FROM_K:
         return np.asarray(blackbody(kelvin, LAMP_GRID).values)
-    colour = _colour()
+    return daylight_spd(kelvin)
+
+
+@cache
+def daylight_spd(kelvin: float) -> Array:
+    """Phase of daylight (n,) on LAMP_GRID, from 4,000 to 25,000 K."""
+    colour = colour_science()
     x_y = colour.temperature.CCT_to_xy_CIE_D(kelvin)
     daylight = colour.sd_CIE_illuminant_D_series(x_y)
     return np.interp(LAMP_GRID.wavelengths_nm, daylight.wavelengths, daylight.values)
 
 
-def _colour() -> Any:
+def colour_science() -> Any:
+    """The package colour-science. Raises MissingDependencyError where it is not installed."""
     try:
         import colour
     except ImportError as error:
@@ -98,10 +105,12 @@ def _colour() -> Any:
 @cache
 def _test_colors() -> Array:
     """Reflectances (8, n) of the test color samples of CIE 13.3."""
-    _colour()
+    colour_science()
     from colour.quality.datasets import SDS_TCS
 
-    samples = [SDS_TCS[name] for name in list(SDS_TCS)[:8]]
+    # From 0.4.7 on colour-science files its samples by edition; those of CIE 13.3 are of 1995.
+    known: Any = SDS_TCS.get("CIE 1995", SDS_TCS)
+    samples = [known[name] for name in list(known)[:8]]
     return np.stack([np.interp(LAMP_GRID.wavelengths_nm, sd.wavelengths, sd.values) for sd in samples])
 
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from spectral_core.render.lights.listing import LightList
 from spectral_core.render.plugins.paints.computed import computed_classes
-from spectral_core.render.plugins.paints.programs import LoadedProgram
+from spectral_core.render.plugins.paints.programs import LoadedProgram, RowsOfPrograms
+from spectral_core.render.plugins.paints.rows import Rows, row_classes
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.paints.upsampling import Upsampling
 from spectral_core.scene import Note, Program
@@ -30,10 +32,17 @@ class Context:
     switches: dict[str, list[Callable[[bool], None]]] | None = None
     notes: list[Note] = field(default_factory=list)
     white: Spectrum | None = None
+    lights: LightList | None = None
+    """Where our own paths find lamps and glowing meshes; None where these become Mitsuba's emitters."""
     movable: bool = False
     """Whether meshes are to be changed later."""
     made: list[Any] = field(default_factory=list)
     """Everything that was made, in order: what a live view changes and looks through later."""
+
+    walks_below: bool = True
+    """Whether the paths that are taken know how to walk below surfaces."""
+    has_subsurface: bool = False
+    """Whether any surface was made that they must walk below."""
 
     @cached_property
     def tables(self) -> SceneTables:
@@ -49,7 +58,7 @@ class Context:
 
         return Upsampling(self.mitsuba, drjit) if self.spectral else None
 
-    def computed(self, program: Program, light: Any = None) -> Any:
+    def computed(self, program: Program | RowsOfPrograms, light: Any = None) -> Any:
         """Texture of a shading program; ``light``: of the white that it tints where it is an emitted color."""
         kind, _ = computed_classes(self.mitsuba.variant())
         return self._kept(kind(LoadedProgram(self.tables, program), self.upsampling, light))
@@ -57,6 +66,11 @@ class Context:
     def constant(self, value: float) -> Any:
         """Texture of one number, which kernels read instead of knowing."""
         return self._kept(computed_classes(self.mitsuba.variant())[1](value))
+
+    def rows(self, rows: Rows) -> Any:
+        """Texture of a table's numbers or colors."""
+        number, color = row_classes(self.mitsuba.variant())
+        return self._kept(color(rows) if rows.values.ndim == 2 else number(rows))
 
     def note(self, subject: str, message: str) -> None:
         """Remember a note, once."""

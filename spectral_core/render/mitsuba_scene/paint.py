@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.plugins.paints.rows import Rows
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
 from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
@@ -32,26 +33,28 @@ def white_light() -> Illuminant:
     return normalized(catalogue.illuminant("D65"))
 
 
-def reflectance(context: Context, paint: Paint, subject: str) -> Any:
+def reflectance(context: Context, paint: Paint | Rows, subject: str) -> Any:
     """Texture of a share of light; colors above 1 are rendered as 1 and noted under ``subject``."""
-    if isinstance(paint, Color):
-        rgb = np.asarray(paint.linear_rgb)
+    if isinstance(paint, (Color, Rows)):
+        rgb = np.asarray(paint.linear_rgb if isinstance(paint, Color) else paint.values)
         if rgb.min() < 0 or rgb.max() > 1:
             context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
             rgb = np.clip(rgb, 0.0, 1.0)
+        if isinstance(paint, Rows):
+            return context.rows(Rows(paint.cursor, rgb))
         return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb)})
+    if isinstance(paint, Illuminant):  # a light's spectrum where a surface's belongs, such as a Blackbody node's
+        return reflectance(context, Color(emitted_rgb(paint)), subject)
     if isinstance(paint, Spectrum):
-        if context.spectral:
-            return sampled_spectrum(context, paint)
-        rgb = RGB_FROM_XYZ @ xyz_of(white_light(), paint)
-        return reflectance(context, Color(np.clip(rgb, 0.0, 1.0)), subject)
+        rgb = np.clip(RGB_FROM_XYZ @ xyz_of(white_light(), paint), 0.0, 1.0)
+        return sampled_spectrum(context, paint) if context.spectral else reflectance(context, Color(rgb), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
-    if isinstance(paint, Computed):
-        return context.computed(paint.program)
     if isinstance(paint, SpectralImage):
         return spectral_image(context, paint, subject)
-    return _mixed(context, paint, lambda part: reflectance(context, part, subject))
+    if isinstance(paint, MixedPaint):
+        return _mixed(context, paint, lambda part: reflectance(context, part, subject))
+    return context.computed(paint.program)
 
 
 def emission(context: Context, paint: Paint, strength: float, subject: str) -> Any:
@@ -125,17 +128,19 @@ def _listed(numbers: Array) -> str:
     return ",".join(f"{number:.9g}" for number in numbers)
 
 
-def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
+def scalar(context: Context, value: Scalar | Rows, subject: str, power: float = 1.0) -> Any:
     """A number as float, or one per place as texture; ``power`` is applied to either."""
     if isinstance(value, Computed):
         return context.computed(value.program)
+    if isinstance(value, Rows):
+        return context.rows(value)
     if not isinstance(value, ImageTexture):
         return float(value) ** power
     amounts = color_pixels(value)
     return _bitmap(context, value, amounts[..., :3].mean(axis=2, keepdims=True) ** power, subject)
 
 
-def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
+def scalar_texture(context: Context, value: Scalar | Rows, subject: str) -> Any:
     """Like ``scalar``, a texture in both cases."""
     found = scalar(context, value, subject)
     return context.constant(found) if isinstance(found, float) else found

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
 from spectral_core.render.relight.groups import group_light, light_groups, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
@@ -128,6 +129,8 @@ def record_transport(
             f"the scene has {len(names)} light groups, and a dial has up to {most_groups} lights; put some of them "
             "into one light group, or record by Blender's light groups instead of one per light"
         )
+    for name in names:
+        require_text("the name of a light group", name)
     if storage.keeps_spectra:
         options.setdefault("sampling_lights", SAMPLING_LIGHTS)
     require_memory(storage, scene.film.size, len(names))

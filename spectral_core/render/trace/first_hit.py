@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
+from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.scene import Rays
 
 MOST_LAYERS = 64
@@ -74,6 +75,7 @@ class FirstHit:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
             si = self.scene.ray_intersect(probe, walking)
+            si.dn_dv = camera_marks(mi)
             met = walking & si.is_valid()
             unseen, is_hole = self._rules_of(si, met)
             clear = si.bsdf().eval_null_transmission(si, met & ~unseen)

@@ -77,13 +77,19 @@ class Program:
         """The images that it reads."""
         return tuple(i.data for i in self.instructions if i.data is not None and not isinstance(i.data, np.ndarray))
 
-    def evaluate(self, read: Callable[[str, int], Any] | None = None, dtype: Any = np.float64) -> Any:
+    def evaluate(
+        self,
+        read: Callable[[str, int], Any] | None = None,
+        dtype: Any = np.float64,
+        transform: Callable[..., Any] | None = None,
+    ) -> Any:
         """Compute the value with NumPy.
 
         Parameters
         ----------
         read : inputs by name and shift, arrays (n,) or tuples of three; None where the program reads none.
         dtype : float64, or float32 for what a renderer computes.
+        transform : (vector, kind, space, inverse) to the vector in another space; None where the program asks for none.
 
         Returns
         -------
@@ -91,6 +97,7 @@ class Program:
         """
         backend = NumPy(dtype)
         backend.input = lambda name, shift: _arrays(backend, read(name, shift))  # type: ignore[attr-defined, misc]
+        backend.transform = transform  # type: ignore[attr-defined]
         with np.errstate(all="ignore"):
             result = run(self, backend, lambda i: [backend.number(np.full(1, v)) for v in i.values])
         return np.stack(np.broadcast_arrays(*result), axis=-1) if isinstance(result, tuple) else np.asarray(result)
@@ -149,7 +156,8 @@ def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
 
     def read(name: str, shift: int) -> Any:
         if widths[name] == 1:
-            return zero + 0.5 if name in ("random",) else zero
+            typical = {"random": 0.5, "ray:Is Camera Ray": 1.0}
+            return zero + typical.get(name, 0.0)
         return vectors_at.get(name, (u, v, zero))
 
     def transform(vector: Any, *_: Any) -> Any:
@@ -170,6 +178,11 @@ class Builder:
     def __init__(self) -> None:
         self._instructions: list[Instruction] = []
         self._known: dict[Any, int] = {}
+
+    @property
+    def images(self) -> tuple[Any, ...]:
+        """The images that any instruction reads."""
+        return tuple(i.data for i in self._instructions if i.data is not None and not isinstance(i.data, np.ndarray))
 
     def width(self, register: int) -> int:
         """Width of a result."""

@@ -11,9 +11,10 @@ import pytest
 
 from spectral_core import cli
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.recipe.lamp import lamp_recipe
+from spectral_core.palette.recipe.fidelity import FidelityReference
+from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.material import Colorants, material_recipe
-from spectral_core.palette.recipe.white import LAMP_GRID
+from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, xyz_from_spd
 from spectral_core.palette.texture.lights import led
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.catalogue import illuminant, reflectance
@@ -45,7 +46,7 @@ def colour():
     [(2700, 0.0, 90, None), (4000, 0.0, 90, 4), (6500, 0.003, 80, None), (5000, 0, 95, 6)],
 )
 def test_lamps_reach_white_and_rendering_by_colour_sciences_own_evaluation(colour, cct, duv, index, most) -> None:
-    recipe = lamp_recipe(CHANNELS, cct, duv=duv, rendering_index=index, most_channels=most)
+    recipe = lamp_recipe(CHANNELS, cct, duv=duv, quality=LampQuality(index), most_channels=most)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         measured = colour.SpectralDistribution(dict(zip(LAMP_GRID.wavelengths_nm, recipe.lamp.values, strict=True)))
@@ -62,10 +63,48 @@ def test_lamps_reach_white_and_rendering_by_colour_sciences_own_evaluation(colou
     assert recipe.drives.min() >= 0
 
 
+@pytest.mark.parametrize(("cct", "fidelity", "gamut"), [(3000, 90, (96.0, 106.0)), (4500, 88, None)])
+def test_lamps_reach_tm30_by_colour_sciences_own_evaluation(colour, cct, fidelity, gamut) -> None:
+    quality = LampQuality(None, fidelity, gamut)
+    recipe = lamp_recipe(CHANNELS, cct, quality=quality)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        measured = colour.SpectralDistribution(dict(zip(LAMP_GRID.wavelengths_nm, recipe.lamp.values, strict=True)))
+        found = colour.colour_fidelity_index(measured, additional_data=True, method="ANSI/IES TM-30-18")
+    assert recipe.met
+    assert abs(found.D_uv) < 0.001
+    assert found.R_f >= fidelity - 0.1
+    assert found.R_f == pytest.approx(recipe.fidelity, abs=0.05)
+    assert found.R_g == pytest.approx(recipe.gamut, abs=0.05)
+    if gamut is not None:
+        assert gamut[0] - 0.1 <= found.R_g <= gamut[1] + 0.1
+
+
+@pytest.mark.parametrize("name", ["FL2", "HP1", "LED-B5", "A"])
+def test_tm30_of_measured_lamps_is_colour_sciences(colour, name) -> None:
+    spd = illuminant(name).at(LAMP_GRID.wavelengths_nm)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        measured = colour.SpectralDistribution(dict(zip(LAMP_GRID.wavelengths_nm, spd, strict=True)))
+        found = colour.colour_fidelity_index(measured, additional_data=True, method="ANSI/IES TM-30-18")
+    ours = FidelityReference(cct_and_duv(xyz_from_spd() @ spd)[0]).indices(spd)
+    np.testing.assert_allclose(ours, (found.R_f, found.R_g), atol=0.02)
+
+
+def test_a_tolerated_white_buys_rendering(colour) -> None:
+    narrow = [led(450, 20), led(530, 30), led(560, 60), led(620, 18)]
+    strict = lamp_recipe(narrow, 4000, quality=LampQuality(99))
+    loose = lamp_recipe(narrow, 4000, quality=LampQuality(99, cct_tolerance_k=300, duv_tolerance=0.005))
+    assert not strict.met
+    assert loose.rendering_index > strict.rendering_index
+    assert abs(loose.duv) <= 0.005
+    assert abs(loose.cct_k - 4000) <= 300
+
+
 def test_a_lamp_that_cannot_render_well_says_so() -> None:
     pytest.importorskip("colour")
     narrow = [led(450, 5), led(540, 5), led(610, 5)]
-    recipe = lamp_recipe(narrow, 4000, rendering_index=95)
+    recipe = lamp_recipe(narrow, 4000, quality=LampQuality(95))
     assert not recipe.met
     assert abs(recipe.duv) < 1e-3
     with pytest.raises(InvalidInputError, match="add a channel on the other side"):

@@ -149,6 +149,7 @@ def register(mi: Any, dr: Any) -> None:
             cosine = -dr.dot(ds.d, ds.n)
             usable = active & (ds.pdf > 0.0) & (self.profile(cosine) > 0.0)
             si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            si.wi, si.t = si.to_local(-ds.d), ds.dist  # what the paint may ask for
             ds.emitter = mi.EmitterPtr(self)
             amount = self.profile(cosine) * self.shaping(-ds.d, ds.dist)
             return ds, dr.select(usable, self.radiance.eval(si, usable) * amount / ds.pdf, 0.0)

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins.paints.tables import ROW, SceneTables, attribute_name
+from spectral_core.render.plugins.paints.ray_marks import read_mark
+from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
 from spectral_core.scene.shading import Instruction, Program, step
 
 BUMP_STEP = 3e-4
@@ -121,8 +123,13 @@ class DrJit:
         if name == "generated" or name.startswith("attribute"):
             vector = self._attribute(name, shift)
             return vector[0] if name.startswith("attribute_alpha") else vector
+        if name.startswith("object_attribute:"):
+            column = self.tables.attributes.get(name)
+            return (self.mi.Float(0.0),) * 3 if column is None else tuple(self._row(column + k) for k in range(3))
         if name.startswith("object_"):
             return self._object(name)
+        if name.startswith("ray:"):
+            return read_mark(self.mi, self.dr, self.si, name[4:])
         return getattr(self, f"_{name}")()
 
     @staticmethod
@@ -199,9 +206,6 @@ class DrJit:
         depth = self.dr.select(perspective > 0.5, self.dr.maximum(z, 1e-9), 1.0)
         return x / (depth * width) + 0.5 - shift_x, y / (depth * height) + 0.5 - shift_y, mi.Float(0.0)
 
-    def _environment(self) -> Any:
-        return self._uv(0)
-
     def _number_of(self, pointer: Any) -> Any:
         return self.dr.reinterpret_array(self.mi.UInt32, pointer)
 
@@ -211,7 +215,7 @@ class DrJit:
             instance = self._number_of(self.si.instance)
             number = dr.select(instance != 0, instance, self._number_of(self.si.shape))
             last = dr.opaque(mi.UInt32, max(self.tables.rows, default=0))
-            self._read["row", 0] = dr.select(number <= last, number, 0) * ROW
+            self._read["row", 0] = dr.select(number <= last, number, 0) * self.tables.row_size
         return dr.gather(mi.Float, self.tables.buffer(), self._read["row", 0] + column, self.active)
 
     def _object(self, name: str) -> Any:
@@ -237,23 +241,34 @@ class DrJit:
         return self.tables.camera_matrix(inverse)
 
 
+@dataclass(frozen=True, eq=False)
+class RowsOfPrograms:
+    """Programs of equal shape, one per leaf; ``cursor.row`` tells whose numbers count."""
+
+    cursor: Any
+    programs: tuple[Program, ...]
+
+
 class LoadedProgram:
     """A program with its numbers on the device: another number needs no new kernel."""
 
-    def __init__(self, tables: SceneTables, program: Program) -> None:
-        self.tables, self.program = tables, program
-        values = [float(value) for instruction in program.instructions for value in instruction.values]
+    def __init__(self, tables: SceneTables, program: Program | RowsOfPrograms) -> None:
+        rows = program.programs if isinstance(program, RowsOfPrograms) else (program,)
+        self.cursor = program.cursor if isinstance(program, RowsOfPrograms) else None
+        self.tables, self.program = tables, rows[0]
+        values = [float(value) for row in rows for instruction in row.instructions for value in instruction.values]
         # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
         self.numbers = tables.mi.Float(values or [0.0])
         self.offsets: dict[int, int] = {}
-        offset = 0
-        for place, instruction in enumerate(program.instructions):
-            self.offsets[place] = offset
-            offset += len(instruction.values)
+        self.stride = 0
+        for place, instruction in enumerate(self.program.instructions):
+            self.offsets[place] = self.stride
+            self.stride += len(instruction.values)
 
     def can_take(self, other: LoadedProgram) -> bool:
         """Whether one kernel runs both."""
-        return self.tables is other.tables and self.program.shape == other.program.shape
+        alike = self.tables is other.tables and self.program.shape == other.program.shape
+        return alike and len(self.numbers) == len(other.numbers) and (self.cursor is None) == (other.cursor is None)
 
     def take(self, other: LoadedProgram) -> None:
         """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
@@ -266,12 +281,13 @@ class LoadedProgram:
         """Value at a hit point: one number or three."""
         mi, dr = self.tables.mi, self.tables.dr
         backend = DrJit(self.tables, si, mi.Bool(active))
+        start = mi.UInt32(0) if self.cursor is None else mi.UInt32(self.cursor.row) * self.stride
         results: list[Any] = []
         for place, instruction in enumerate(self.program.instructions):
-            offset = self.offsets[place]
+            offset = start + self.offsets[place]
 
-            def constant(item: Instruction, offset: int = offset) -> list[Any]:
-                return [dr.gather(mi.Float, self.numbers, mi.UInt32(offset + k)) for k in range(len(item.values))]
+            def constant(item: Instruction, offset: Any = offset) -> list[Any]:
+                return [dr.gather(mi.Float, self.numbers, offset + k) for k in range(len(item.values))]
 
             results.append(step(instruction, results, backend, constant))
         return results[-1]

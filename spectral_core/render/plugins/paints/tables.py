@@ -30,6 +30,8 @@ class SceneTables:
     window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
     rows: dict[int, np.ndarray] = field(default_factory=dict)
     has_instances: bool = False
+    attributes: dict[str, int] = field(default_factory=dict)
+    """Column of each named attribute; all are known before the first program is traced."""
     _buffer: Any = None
     _camera: Any = None
     _images: dict[int, Any] = field(default_factory=dict)
@@ -41,20 +43,29 @@ class SceneTables:
         matrix = np.asarray(instance.world_from_object, dtype=np.float64)
         inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else np.linalg.inv(matrix)
         parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
-        row = np.zeros(ROW)
+        row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
+        for name, value in instance.attributes:
+            column = self.attributes.setdefault(name, ROW + 3 * len(self.attributes))
+            row.resize(max(row.size, column + 3), refcheck=False)
+            row[column : column + 3] = value[:3]
         self.rows[number] = row
         self.has_instances |= is_instance  # only its number is kept: a shape that knew its own paints would never end
+
+    @property
+    def row_size(self) -> int:
+        """Numbers in a row."""
+        return ROW + 3 * len(self.attributes)
 
     def buffer(self) -> Any:
         """All rows on the device; what was never placed stands in the world as it is."""
         if self._buffer is None:
-            plain = np.zeros(ROW)
+            plain = np.zeros(self.row_size)
             plain[:24] = np.tile(np.eye(4)[:3].ravel(), 2)
             plain[24:28] = 1
             table = np.tile(plain, (max(self.rows, default=0) + 1, 1))
             for number, row in self.rows.items():
-                table[number] = row
+                table[number, : row.size] = row
             self._buffer = self.mi.Float(np.ascontiguousarray(table.ravel(), dtype=np.float32))
         return self._buffer
 

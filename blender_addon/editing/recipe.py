@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recipes for spectra that can be made: read the panel, ask the core, keep the recipe's words and spectrum."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import bpy
+import numpy as np
+from bpy.types import ID, PropertyGroup, Scene
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
+from spectral_core.palette.recipe.library import led_channels, paint_chips
+from spectral_core.palette.recipe.material import Colorants, material_recipe
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.files import read_spectra
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+
+from ..translate.spectra.stored import spectrum_of, store_spectrum
+
+
+def find(scene: Scene) -> bool:
+    """Find the recipe that the panel asks for and keep it; whether all is met. Raises InvalidInputError."""
+    recipe = scene.spectral.recipe
+    spectra = _library(recipe)
+    made: Spectrum
+    if recipe.kind == "LAMP":
+        quality = LampQuality(
+            recipe.cri if recipe.use_cri else None,
+            recipe.fidelity if recipe.use_fidelity else None,
+            (recipe.gamut_low, recipe.gamut_high) if recipe.use_gamut else None,
+        )
+        channels = [Illuminant(each.name, each.grid, each.values) for each in spectra]
+        lamp = lamp_recipe(
+            channels, recipe.cct, duv=recipe.duv, quality=quality,
+            most_channels=min(max(recipe.most, 3), len(channels)),
+        )  # fmt: skip
+        recipe.text, recipe.met, made = lamp.text(), lamp.met, lamp.lamp
+    else:
+        found = material_recipe(
+            _colorants(recipe, spectra), _wanted(scene), _lights(scene), most_colorants=min(recipe.most, 8)
+        )
+        recipe.text, recipe.met, made = found.text(recipe.grams), True, found.reflectance
+    recipe.spectrum = json.dumps(
+        {"name": made.name, "nm": made.grid.wavelengths_nm.tolist(), "values": np.round(made.values, 7).tolist()}
+    )
+    return bool(recipe.met)
+
+
+def _library(recipe: PropertyGroup) -> list[Spectrum]:
+    if recipe.library == "FILE":
+        path = Path(bpy.path.abspath(recipe.filepath))
+        if not recipe.filepath or not path.is_file():
+            raise InvalidInputError("no file of spectra is chosen; choose one with a column per channel or colorant")
+        return list(read_spectra(path))
+    if recipe.kind == "LAMP":
+        return list(led_channels())
+    if recipe.kind == "PAINTS":
+        return list(paint_chips())
+    raise InvalidInputError(
+        f"{recipe.kind.lower()} differ from maker to maker, so none are built in; choose a file with measurements"
+    )
+
+
+def _colorants(recipe: PropertyGroup, spectra: list[Spectrum]) -> Colorants:
+    grid = SpectralGrid.uniform(400, 700, 10) if recipe.library == "BUILTIN" else spectra[0].grid
+    values = np.clip(np.stack([each.at(grid.wavelengths_nm) for each in spectra]), 0.0, 1.0)
+    kind = {"PAINTS": "paints", "INKS": "inks", "FILTERS": "filters"}[recipe.kind]
+    names = tuple(each.name for each in spectra)
+    return Colorants(kind, names, grid, values, dot_gain_n=recipe.dot_gain)  # type: ignore[arg-type]
+
+
+def _wanted(scene: Scene) -> Reflectance:
+    recipe, palette = scene.spectral.recipe, scene.spectral.palette
+    if recipe.wanted == "NAMED":
+        return catalogue.reflectance(recipe.surface)
+    if palette.active_row >= len(palette.materials):
+        raise InvalidInputError("the palette has no material; add one, or choose a named surface")
+    material = palette.materials[palette.active_row]
+    found = spectrum_of(material, "result") if len(material.result.samples) else None
+    if found is None:
+        raise InvalidInputError(f"{material.name!r} has no spectrum yet; solve the palette first")
+    return Reflectance(material.name, found.grid, np.clip(found.values, 0, 1))
+
+
+def _lights(scene: Scene) -> list[Illuminant]:
+    """The lights of the palette as they were solved, else daylight and tungsten."""
+    palette = scene.spectral.palette
+    found = [spectrum_of(light, "result") for light in palette.lights if len(light.result.samples)]
+    lights = [Illuminant(each.name, each.grid, each.values) for each in found if each is not None]
+    if scene.spectral.recipe.wanted == "PALETTE" and lights:
+        return lights
+    return [catalogue.illuminant("D65"), catalogue.illuminant("A")]
+
+
+def give(scene: Scene, target: ID) -> None:
+    """Give what the recipe makes to a light or a material. Raises InvalidInputError where it is the other's."""
+    recipe = scene.spectral.recipe
+    if not recipe.spectrum:
+        raise InvalidInputError("there is no recipe yet; press Find Recipe first")
+    stored = json.loads(recipe.spectrum)
+    kind = Illuminant if recipe.kind == "LAMP" else Reflectance
+    store_spectrum(target.spectral, kind(stored["name"], SpectralGrid(stored["nm"]), stored["values"]))

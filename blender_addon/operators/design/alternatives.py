@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Look for different answers to the palette, and take one of them."""
+
+import bpy
+from bpy.props import IntProperty
+from bpy.types import Context
+
+from ...editing.palette import alternatives, live
+from ..common import UNDOABLE, reporting
+
+
+class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
+    """Look for answers that show what was asked and differ elsewhere as much as they can. Takes some seconds"""
+
+    bl_idname = "spectral.palette_alternatives"
+    bl_label = "Find Alternatives"
+    bl_options = UNDOABLE
+    seed: IntProperty(name="Seed", default=0, min=0, description="Another number looks in other directions")
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        count = alternatives.find(context.scene, self.seed)
+        if count < 2:
+            self.report({"WARNING"}, "the targets leave one answer; ignore a cell or unlock a material for more")
+        else:
+            self.report({"INFO"}, f"{count} different answers")
+
+
+class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
+    """Make this answer the palette's; lock what you like, and look for more"""
+
+    bl_idname = "spectral.palette_alternative_take"
+    bl_label = "Take Answer"
+    bl_options = UNDOABLE
+    index: IntProperty(name="Answer", min=0, description="Which answer, counted from 0")
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        alternatives.take(context.scene, self.index)
+        live.show()
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_palette_alternatives, SPECTRAL_OT_palette_alternative_take)
+)

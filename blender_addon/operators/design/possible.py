@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ask what the selected cell can show, and take the nearest color that it can."""
+
+import bpy
+from bpy.types import Context
+
+from spectral_core.errors import InvalidInputError
+
+from ...editing.palette import possible
+from ...translate.palette.table import active_cell
+from ..common import UNDOABLE, palette_in, reporting
+
+
+class SPECTRAL_OT_palette_possible(bpy.types.Operator):
+    """Say whether the selected cell can have its color beside the exact cells of its row, and draw what it can"""
+
+    bl_idname = "spectral.palette_possible"
+    bl_label = "Possible?"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        if active_cell(palette_in(context)) is None:
+            raise InvalidInputError("no cell is selected; add a light and a material first")
+        answer = possible.ask(context.scene)
+        self.report({"INFO"}, answer.words.splitlines()[0])
+
+
+class SPECTRAL_OT_palette_take_nearest(bpy.types.Operator):
+    """Make the nearest possible color the target of this cell"""
+
+    bl_idname = "spectral.palette_take_nearest"
+    bl_label = "Take Nearest"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        possible.take_nearest(context.scene)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_palette_possible, SPECTRAL_OT_palette_take_nearest)
+)

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Find a recipe, copy it, use what it makes."""
+
+import bpy
+from bpy.types import Context
+
+from spectral_core.errors import InvalidInputError
+
+from ...editing import recipe
+from ..common import UNDOABLE, reporting
+
+
+class SPECTRAL_OT_recipe_find(bpy.types.Operator):
+    """Find amounts of things that exist: drive levels, grams, coverages or thicknesses"""
+
+    bl_idname = "spectral.recipe_find"
+    bl_label = "Find Recipe"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        if not recipe.find(context.scene):
+            self.report({"WARNING"}, "what is asked cannot all be reached; this is the nearest")
+
+
+class SPECTRAL_OT_recipe_copy(bpy.types.Operator):
+    """Copy the recipe as text, to print or to send"""
+
+    bl_idname = "spectral.recipe_copy"
+    bl_label = "Copy Recipe"
+    bl_options: set[str] = set()
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        text = context.scene.spectral.recipe.text
+        if not text:
+            raise InvalidInputError("there is no recipe yet; press Find Recipe first")
+        context.window_manager.clipboard = text
+        self.report({"INFO"}, "the recipe is on the clipboard")
+
+
+class SPECTRAL_OT_recipe_give(bpy.types.Operator):
+    """Give what the recipe makes to the selected lamp, or to the selected object's material"""
+
+    bl_idname = "spectral.recipe_give"
+    bl_label = "Use It Here"
+    bl_options = UNDOABLE
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        lamp, active = context.scene.spectral.recipe.kind == "LAMP", context.object
+        target = None
+        if active is not None:
+            target = (active.data if active.type == "LIGHT" else None) if lamp else active.active_material
+        if target is None:
+            wanted = "a lamp" if lamp else "an object with a material"
+            raise InvalidInputError(f"select {wanted} that gets what the recipe makes")
+        recipe.give(context.scene, target)
+        self.report({"INFO"}, f"{target.name} has it")
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_OT_recipe_find, SPECTRAL_OT_recipe_copy, SPECTRAL_OT_recipe_give)
+)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sub-panels of the palette: alternatives side by side, and paints that are mixed or fluoresce."""
+
+import json
+
+from bpy.types import Context, UILayout
+
+from ..drawing.icons import swatch_icon
+from .parts import wrapped
+
+MOST_SWATCHES = 12
+"""In one row; a larger table shows its first materials."""
+
+
+def draw_alternatives(layout: UILayout, context: Context) -> None:
+    """Different answers as rows of swatches, locks, and a button for each."""
+    palette = context.scene.spectral.palette
+    row = layout.row(align=True)
+    row.operator("spectral.palette_alternatives", icon="DUPLICATE").seed = len(palette.alternatives)
+    row.prop(palette, "alternative_count", text="")
+    designed = [material for material in palette.materials if material.design == "DESIGNED"]
+    if designed:
+        flow = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        for material in designed:
+            icon = "LOCKED" if material.locked else "UNLOCKED"
+            flow.prop(material, "locked", text=material.name, icon=icon, toggle=True)
+    if not len(palette.alternatives):
+        hint = layout.column()
+        hint.active = False
+        wrapped(hint, context, "Answers that show what was asked alike, and differ elsewhere.")
+        return
+    lamps = palette.alternatives[0].lamps
+    wrapped(layout, context, f"Seen under {lamps}; a row of swatches for each material.", icon="LIGHT")
+    for index, answer in enumerate(palette.alternatives):
+        box = layout.box()
+        head = box.row()
+        head.label(text="As solved" if index == 0 else f"ΔE {answer.apart:.0f} apart")
+        head.operator("spectral.palette_alternative_take", text="Take", icon="CHECKMARK").index = index
+        for colors in json.loads(answer.colors)[:MOST_SWATCHES]:
+            line = box.row(align=True)
+            for color in colors:
+                line.template_icon(swatch_icon(color), scale=1.3)
+
+
+def draw_paint(layout: UILayout, context: Context) -> None:
+    """Tints that match, and fluorescent dyes of the selected material."""
+    palette = context.scene.spectral.palette
+    layout.prop(palette, "use_tints")
+    row = layout.row()
+    row.enabled = palette.use_tints
+    row.prop(palette, "tint_weight")
+    hint = layout.column()
+    hint.active = False
+    wrapped(
+        hint, context,
+        "Paints mix by absorption and scattering (Kubelka and Munk), so materials that match pure may part as tints.",
+    )  # fmt: skip
+    if palette.active_row >= len(palette.materials):
+        return
+    material = palette.materials[palette.active_row]
+    box = layout.box()
+    head = box.row(align=True)
+    head.label(text=f"Dyes of {material.name}", icon="LIGHT_SUN")
+    head.operator("spectral.palette_dye", text="", icon="ADD").index = -1
+    for index, dye in enumerate(material.dyes):
+        line = box.row(align=True)
+        line.prop(dye, "excitation_nm", text="In")
+        line.prop(dye, "emission_nm", text="Out")
+        line.operator("spectral.palette_dye", text="", icon="X").index = index
+        if dye.amount > 0:
+            box.label(text=f"Amount {dye.amount:.2f}")
+    hint = box.column()
+    hint.active = False
+    wrapped(
+        hint, context,
+        "A dye takes light in and sends it out at a longer wavelength. Begin the wavelengths under Design below the "
+        "first. Designed and shown here; rendering leaves the light that dyes send out away.",
+        indent=60.0,
+    )  # fmt: skip

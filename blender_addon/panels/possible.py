@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""In "Selected Cell": what the cell can show at all, its nearest possible color, and what is in the way."""
+
+from bpy.types import Context, PropertyGroup, UILayout
+
+from ..drawing.icons import picture_icon
+from ..editing.palette.possible import picture_of
+from .parts import wrapped
+
+
+def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
+    """The button, and the answer where it is of the selected cell."""
+    box = layout.box()
+    box.operator("spectral.palette_possible", icon="QUESTION")
+    answer = palette.possible
+    if not answer.words or not _is_of_selected(palette, answer):
+        return
+    picture = picture_of(palette.id_data)
+    row = box.row()
+    if picture is not None:
+        row.template_icon(picture_icon(picture), scale=5.0)
+    column = row.column()
+    column.prop(answer, "asked", text="Asked")
+    if not answer.reachable:
+        column.prop(answer, "nearest", text="Nearest")
+        column.operator("spectral.palette_take_nearest", icon="EYEDROPPER")
+    for line in answer.words.splitlines():
+        wrapped(box, context, line, indent=60.0)
+    if picture is not None:
+        hint = box.column()
+        hint.active = False
+        wrapped(hint, context, "Bright: possible at this lightness. Ring: asked. Dot: nearest.", indent=60.0)
+
+
+def _is_of_selected(palette: PropertyGroup, answer: PropertyGroup) -> bool:
+    return (
+        palette.materials[palette.active_row].uid == answer.material_uid
+        and palette.lights[palette.active_column].uid == answer.light_uid
+    )

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the palette answers beside its solution: what a cell can show, other answers, dyes of fluorescent paints."""
+
+import bpy
+from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
+
+from .hooks import Topic, announces
+
+edited = announces(Topic.PALETTE)
+
+
+class SpectralPossible(bpy.types.PropertyGroup):
+    """The answer to "Possible?" for one cell, as it was asked."""
+
+    material_uid: IntProperty()
+    light_uid: IntProperty()
+    asked: FloatVectorProperty(
+        name="Asked For", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0, description="The color that was asked about"
+    )
+    nearest: FloatVectorProperty(
+        name="Nearest", subtype="COLOR_GAMMA", size=3, min=0.0, max=1.0,
+        description="The possible color that is nearest to the wanted one",
+    )  # fmt: skip
+    nearest_linear: FloatVectorProperty(size=3)
+    reachable: BoolProperty()
+    words: StringProperty(description="Whether it is possible, and what is in the way; one line each")
+
+
+class SpectralAlternative(bpy.types.PropertyGroup):
+    """Another answer to the palette: spectra of all designed materials, and what they look like."""
+
+    apart: FloatProperty(description="Largest ΔE of any material to the first answer")
+    spectra: StringProperty(description="Reflectances by the material's lasting number, as JSON")
+    colors: StringProperty(description="sRGB by material and lamp, as JSON")
+    lamps: StringProperty(description="Names of the lamps that the colors are seen under")
+
+
+class SpectralDye(bpy.types.PropertyGroup):
+    """A fluorescent dye that a material may hold."""
+
+    excitation_nm: FloatProperty(
+        name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=edited,
+        description="Wavelength around which the dye takes light in; 365 and 405 nm are black lights",
+    )  # fmt: skip
+    emission_nm: FloatProperty(
+        name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=edited,
+        description="Wavelength around which the dye sends light out; longer than where it takes it in",
+    )  # fmt: skip
+    amount: FloatProperty(name="Amount", description="How much of the dye the design uses; 1 takes in all light there")
+
+
+CLASSES = (SpectralPossible, SpectralAlternative, SpectralDye)
+
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``scene.spectral.recipe``: what is mixed, from what, what is asked, and the recipe that was found last."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from .hooks import Topic, offers
+
+
+class SpectralRecipe(bpy.types.PropertyGroup):
+    """A recipe for a spectrum that can be made."""
+
+    SPECTRUM_KIND = "reflectance"
+    kind: EnumProperty(
+        name="Mix", default="LAMP", description="What is mixed",
+        items=[
+            ("LAMP", "LED Lamp", "Drive levels of LED channels for a white", 0),
+            ("PAINTS", "Paints", "Grams of opaque paints (Kubelka and Munk)", 1),
+            ("INKS", "Inks", "Coverages of printed inks (Yule and Nielsen)", 2),
+            ("FILTERS", "Filters", "Thicknesses of filters in front of white (Bouguer and Beer)", 3),
+        ],
+    )  # fmt: skip
+    library: EnumProperty(
+        name="From", default="BUILTIN", description="Which channels, paints, inks or filters there are",
+        items=[
+            ("BUILTIN", "Built In", "Common LEDs, or the 24 paints of the ColorChecker", 0),
+            ("FILE", "File", "Your own measurements: one spectrum per channel or colorant", 1),
+        ],
+    )  # fmt: skip
+    filepath: StringProperty(
+        name="File",
+        subtype="FILE_PATH",
+        description="A .csv, .spdx or .spd file with one spectrum per channel or colorant",
+    )
+    most: IntProperty(
+        name="At Most", default=4, min=1, max=16, description="Channels or colorants in the recipe at most"
+    )
+    cct: FloatProperty(
+        name="Temperature (K)", default=4000.0, min=1500.0, max=20000.0, precision=0,
+        description="Color temperature of the white",
+    )  # fmt: skip
+    duv: FloatProperty(
+        name="Duv", default=0.0, min=-0.02, max=0.02, precision=4,
+        description="Tint of the white: above 0 greenish, below 0 pinkish",
+    )  # fmt: skip
+    use_cri: BoolProperty(name="Ra", default=True, description="Ask for a color rendering index")
+    cri: FloatProperty(
+        name="Least Ra", default=90.0, min=0.0, max=100.0, precision=0, description="Least color rendering index Ra"
+    )
+    use_fidelity: BoolProperty(name="Rf", default=False, description="Ask for a fidelity by TM-30")
+    fidelity: FloatProperty(
+        name="Least Rf", default=90.0, min=0.0, max=100.0, precision=0, description="Least fidelity Rf of TM-30"
+    )
+    use_gamut: BoolProperty(name="Rg", default=False, description="Ask for a gamut by TM-30")
+    gamut_low: FloatProperty(
+        name="From", default=97.0, min=40.0, max=160.0, precision=0,
+        description="Least gamut Rg of TM-30; below 100 colors look duller",
+    )  # fmt: skip
+    gamut_high: FloatProperty(
+        name="To", default=105.0, min=40.0, max=160.0, precision=0,
+        description="Greatest gamut Rg of TM-30; above 100 colors look more vivid",
+    )  # fmt: skip
+    wanted: EnumProperty(
+        name="For", default="PALETTE", description="The reflectance that is to be made",
+        items=[
+            ("PALETTE", "Palette Material", "The material that is selected in the palette, as it was solved", 0),
+            ("NAMED", "Named Surface", "A measured surface by name", 1),
+        ],
+    )  # fmt: skip
+    surface: StringProperty(
+        name="Surface", default="dark skin", description="A measured surface by name; type to search",
+        search=offers(Topic.SPECTRUM_NAMES), search_options={"SORT", "SUGGESTION"},
+    )  # fmt: skip
+    grams: FloatProperty(name="Grams", default=100.0, min=0.001, soft_max=10000.0, description="Weight of the mixture")
+    dot_gain: FloatProperty(
+        name="Dot Gain n",
+        default=2.0,
+        min=1.0,
+        max=100.0,
+        description="How far light spreads in the paper (Yule and Nielsen)",
+    )
+    text: StringProperty(description="The recipe, one line each")
+    met: BoolProperty(description="Whether all that was asked is met")
+    spectrum: StringProperty(description="What the recipe makes, as JSON")
+
+
+CLASSES = (SpectralRecipe,)
+
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A world's node tree evaluated along directions: patterns, skies and mixes become an environment image."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import ImageTexture
+from spectral_core.scene.shading import Program
+
+from ..shading.fields import Field, value_of
+from ..shading.reader import Reader
+from ..shading.tree import Input, linked
+
+Array = NDArray[np.float64]
+CHUNK = 1 << 18
+"""Directions that are computed together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """Directions (n, 3) that a world is seen along, and by what kind of ray: the camera's, or what lights the scene.
+
+    ``swaps``: images in place of others, by their ``id``: a sky with its sun's disk in place of one without.
+    """
+
+    directions: Array
+    camera_from_world: Array
+    camera: bool = False
+    swaps: dict[int, ImageTexture] | None = None
+
+    def value(self, field: Field, width: int) -> Array:
+        """A field along every direction, (n, width)."""
+        value = value_of(field)
+        program = value.program(width)
+        if self.swaps:
+            program = Program(tuple(replace(i, data=self.swaps.get(id(i.data), i.data)) for i in program.instructions))
+        parts = [
+            self._evaluated(program, self.directions[start : start + CHUNK], width)
+            for start in range(0, len(self.directions), CHUNK)
+        ]
+        return np.concatenate(parts)
+
+    def _evaluated(self, program: Program, directions: Array, width: int) -> Array:
+        along = tuple(directions.T)
+        back = tuple(-part for part in along)
+        zero = np.zeros(len(directions))
+
+        def read(name: str, shift: int) -> Any:
+            if name.startswith("ray:"):
+                return zero + self.sees(name)
+            if name in ("normal", "true_normal", "incoming"):
+                return back
+            if name in ("position", "generated"):
+                return along
+            return zero if name in NUMBERS else (zero, zero, zero)
+
+        def transform(vector: Any, kind: str, space: str, inverse: bool) -> Any:
+            if space != "CAMERA":
+                return vector
+            turn = self.camera_from_world[:3, :3]
+            turn = turn.T if inverse else turn
+            return tuple(sum(turn[i, j] * vector[j] for j in range(3)) for i in range(3))
+
+        found = np.nan_to_num(program.evaluate(read, transform=transform))
+        return np.broadcast_to(found.reshape(len(found), -1), (len(directions), width))
+
+    def sees(self, name: str) -> float:
+        """What the Light Path node tells of this look's rays; what lights the scene counts as met by matt surfaces."""
+        of_camera = ("ray:Is Camera Ray",)
+        of_light = ("ray:Is Diffuse Ray", "ray:Is Reflection Ray", "ray:Ray Depth", "ray:Diffuse Depth")
+        return float(name in (of_camera if self.camera else of_light))
+
+
+NUMBERS = ("backfacing", "random", "object_alpha", "object_index", "object_random")
+
+
+def radiance(reader: Reader, place: Input, look: Look) -> Array:
+    """Linear sRGB (n, 3) of a world's shader along directions."""
+    source = linked(place)
+    if source is None:
+        return np.zeros((len(look.directions), 3))
+    kind = source.node.type
+    field: Callable[[Any, float], Field] = lambda of, other: reader.literal(other) if of is None else reader.field(of)  # noqa: E731
+    if kind in ("BACKGROUND", "EMISSION"):
+        color = look.value(field(source.input("Color"), 1.0), 3)
+        return np.asarray(color * np.maximum(look.value(field(source.input("Strength"), 1.0), 1), 0.0))
+    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
+    if kind == "MIX_SHADER":
+        share = np.clip(look.value(field(source.input("Fac") or source.input("Factor"), 0.5), 1), 0.0, 1.0)
+        first, second = (radiance(reader, item, look) for item in places)
+        return np.asarray((1 - share) * first + share * second)
+    if kind == "ADD_SHADER":
+        return np.asarray(sum(radiance(reader, item, look) for item in places))
+    reader.note(f"the world's shader {source.label!r} is not understood; the first background in it was used")
+    places = [item for item in places if linked(item) is not None][:1]
+    return radiance(reader, places[0], look) if places else np.zeros((len(look.directions), 3))

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worlds that vary with direction in more than one image: drawn as an environment, their suns as lights."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import Color, SunLight
+
+from ..context import Translation
+from ..shading.reader import Reader
+from ..shading.tree import Input, Output, linked
+from .directions import Array, Look, radiance
+from .surroundings import Term, directions_of, environment_of, tells_camera_rays
+
+ROWS, MOST_ROWS = 512, 2048
+"""Rows of an environment that is drawn, and of one that images stand in."""
+
+
+def needs_directions(output: Any) -> bool:
+    """Whether a world is more than plain colors and environment images, mixed by plain numbers."""
+    return output is not None and _varies(linked(Input(output.inputs["Surface"])), 0)
+
+
+def _varies(source: Output | None, depth: int) -> bool:
+    if source is None or depth > 50:
+        return False
+    kind = source.node.type
+    if kind in ("BACKGROUND", "EMISSION"):
+        color = linked(source.input("Color"))
+        plain = color is None or color.node.type in PLAIN or _is_placed_image(color)
+        return not plain or not _is_number(source.input("Strength"))
+    if kind == "MIX_SHADER" and not _is_number(source.input("Fac") or source.input("Factor")):
+        return True
+    shaders = (Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER")
+    return any(_varies(linked(place), depth + 1) for place in shaders)
+
+
+PLAIN = ("RGB", "BLACKBODY", "WAVELENGTH", "CUSTOM GROUP")
+"""Nodes of one color or spectrum."""
+
+
+def _is_number(place: Input | None) -> bool:
+    source = linked(place)
+    return source is None or source.node.type in ("LIGHT_PATH", "VALUE")
+
+
+def _is_placed_image(source: Output) -> bool:
+    """Whether a node is an environment image as it stands, or moved by a Mapping of plain numbers."""
+    if source.node.type != "TEX_ENVIRONMENT":
+        return False
+    before = linked(source.input("Vector"))
+    if before is not None and before.node.type == "MAPPING":
+        inputs = [Input(socket, before.groups) for socket in before.node.inputs]
+        if any(linked(place) is not None for place in inputs[1:]):
+            return False
+        before = linked(inputs[0])
+    return before is None or (
+        before.node.type == "TEX_COORD" and before.socket.name in ("Generated", "Object") and before.node.object is None
+    )
+
+
+def surroundings(
+    translation: Translation, world: Any, camera: Any, own: dict[str, Any]
+) -> tuple[Term, Term, tuple[SunLight, ...]]:
+    """What lights the scene, what the camera sees, and the suns of the skies in a world."""
+    from ... import compat
+    from ..shading.tree import surface_output
+
+    reader = Reader(translation, world.name, on_surface=True)
+    output = surface_output(compat.node_tree(world), "OUTPUT_WORLD")
+    place = Input(output.inputs["Surface"])
+    if linked(Input(output.inputs["Volume"])) is not None:
+        reader.note("a volume in the world is left out")
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
+    radiance(reader, place, Look(np.array([[0.0, 0.0, 1.0]]), view))  # reads the tree: what images are in it is known
+    heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
+    rows = min(max([ROWS, *heights]), MOST_ROWS)
+    grid = directions_of(rows)
+
+    def drawn(look: Look) -> Term:
+        found = radiance(reader, place, look).reshape(grid.shape)
+        if found.min() < 0:
+            reader.note("the world has colors below zero; they are black here")
+        if np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
+            return Term(Color(np.maximum(found[0, 0], 0.0)))
+        return Term(environment_of(world.name, np.maximum(found, 0.0)))
+
+    lights = drawn(Look(grid.reshape(-1, 3), view))
+    tells = tells_camera_rays(linked(place))
+    sees = drawn(Look(grid.reshape(-1, 3), view, camera=True)) if tells else lights
+    suns = tuple(
+        sun
+        for number, image_id in enumerate(reader.skies)
+        if (sun := _sun(reader, place, view, image_id, f"{world.name} sun {number + 1}", own)) is not None
+    )
+    return lights, sees, suns
+
+
+def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, own: dict[str, Any]) -> SunLight | None:
+    """The disk of a sky's sun as the nodes after it show it, as a light; None where nothing of it is seen."""
+    image, atmosphere, angle, intensity = reader.skies[image_id]
+    if angle <= 0 or intensity <= 0:
+        return None
+    toward = atmosphere.toward_sun
+    disk = atmosphere.sun_radiance(angle) * intensity + atmosphere.radiance(toward)
+    swapped = replace(image, pixels=disk.astype(np.float32)[None, None])
+    look = Look(toward[None], view)
+    added = radiance(reader, place, replace(look, swaps={image_id: swapped}))[0] - radiance(reader, place, look)[0]
+    size = float(added.max())
+    if size <= 0:
+        return None
+    axis = np.cross((0.0, 0.0, 1.0) if abs(toward[2]) < 0.9 else (1.0, 0.0, 0.0), toward)
+    axis /= np.linalg.norm(axis)
+    turned = np.eye(4)
+    turned[:3, :3] = np.stack([axis, np.cross(toward, axis), toward], axis=1)
+    return SunLight(
+        name=name,
+        world_from_light=turned,
+        color=Color(np.maximum(added, 0.0) / size),
+        irradiance=size * float(np.pi * np.sin(angle / 2) ** 2),
+        angle_rad=angle,
+        camera_visible=True,
+        **own,
+    )

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Textures that are read by direction: environment images and skies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import ImageTexture
+from spectral_core.scene.atmosphere import Atmosphere
+
+from .images import image_of_node
+from .reader import NEUTRAL, Reader, evaluator
+from .texture_nodes import place_of
+from .tree import Output
+
+SKY_ROWS = 512
+"""Rows of the picture that a sky is drawn as."""
+HOSEK_SHARE = 0.19
+"""How bright Cycles draws the sky of Hosek and Wilkie beside Preetham's."""
+MODELS: dict[str, Any] = {
+    "SINGLE_SCATTERING": "single", "NISHITA": "single", "MULTIPLE_SCATTERING": "multiple", "PREETHAM": "preetham",
+    "HOSEK_WILKIE": "preetham",
+}  # fmt: skip
+
+
+@evaluator("TEX_ENVIRONMENT")
+def _environment(reader: Reader, output: Output) -> Any:
+    node = output.node
+    texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
+    if texture is None:
+        return np.full(3, NEUTRAL)
+    if node.projection == "MIRROR_BALL":
+        reader.note(f"{output.label!r}: a mirror ball among other nodes is read as an equirectangular image")
+    place = reader.emit("sphere_place", place_of(reader, output, "position"))
+    return reader.emit("image_color", place, settings=(False,), data=replace(texture, extension="repeat"))
+
+
+@evaluator("TEX_SKY")
+def _sky(reader: Reader, output: Output) -> Any:
+    from ..lighting.surroundings import directions_of
+
+    node = output.node
+    model = MODELS.get(node.sky_type, "multiple")
+    if node.sky_type == "HOSEK_WILKIE":
+        reader.note(f"{output.label!r}: the Hosek-Wilkie sky is drawn as Preetham's")
+    if model == "preetham":
+        toward = tuple(float(part) for part in node.sun_direction)
+        atmosphere = Atmosphere(model, turbidity=float(node.turbidity), sun_direction=toward)  # type: ignore[arg-type]
+    else:
+        aerosol = getattr(node, "aerosol_density", getattr(node, "dust_density", 1.0))  # its name before Blender 5.0
+        atmosphere = Atmosphere(
+            model, node.sun_elevation, node.sun_rotation, node.altitude, node.air_density, aerosol, node.ozone_density
+        )
+    share = HOSEK_SHARE if node.sky_type == "HOSEK_WILKIE" else 1.0
+    pixels = (share * atmosphere.radiance(directions_of(SKY_ROWS))).astype(np.float32)
+    texture = ImageTexture("sky", pixels, "linear", "repeat")
+    angle = float(node.sun_size) if model != "preetham" and node.sun_disc else 0.0
+    reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
+    place = reader.emit("sphere_place", place_of(reader, output, "generated"))
+    return reader.emit("image_color", place, settings=(False,), data=texture)

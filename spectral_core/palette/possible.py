@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Possible? What a cell of a palette can show, before anything is solved: the set, the nearest color, what hinders it.
+
+Exact cells of the same row must hold; wishes that are not exact may give way, and are not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.cell import Cell, CellMode
+from spectral_core.palette.given import CellIndex
+from spectral_core.palette.problem import PaletteProblem
+from spectral_core.palette.reachable import CellReach, NearestColor
+from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz
+from spectral_core.spectra.spectrum import Illuminant
+
+Array = NDArray[np.float64]
+
+DIRECTIONS = 96
+"""In which the extent of a set with exact colors is found, for its picture; without any it costs nothing, so more."""
+MORE_DIRECTIONS = 1500
+SECTION_LIMIT = 110.0
+"""A section shows a* and b* from minus this to plus this."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PossibleColors:
+    """What cell ``index`` can show. ``held``: exact cells of its row; ``open``: wishes there that may give way."""
+
+    index: CellIndex
+    reach: CellReach
+    held: tuple[CellIndex, ...]
+    open: tuple[CellIndex, ...]
+    light: Illuminant
+    exact: tuple[tuple[Illuminant, Array], ...]
+    """Light and color of each held cell."""
+
+    def nearest(self, linear_rgb: ArrayLike) -> NearestColor:
+        """The possible color that is nearest to a wanted one, linear sRGB (3,)."""
+        return self.reach.nearest(linear_rgb)
+
+    def in_the_way(self, nearest: NearestColor) -> tuple[tuple[CellIndex, float], ...]:
+        """Exact cells that keep the wanted color away, the strongest first, with their share of the conflict."""
+        total = float(nearest.in_the_way.sum())
+        if nearest.reachable or total <= 0:
+            return ()
+        shares = [(cell, float(pull) / total) for cell, pull in zip(self.held, nearest.in_the_way, strict=True)]
+        return tuple(sorted((each for each in shares if each[1] > 0.01), key=lambda each: -each[1]))
+
+    def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
+        """ΔE2000 to a wanted color that is left where an exact cell of the row need not hold."""
+        kept = [pair for place, pair in zip(self.held, self.exact, strict=True) if place != cell]
+        return CellReach(self.light, self.reach.grid, kept, scale=None).nearest(linear_rgb).delta_e_2000
+
+    def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
+        """Which colors of one L* are possible, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
+
+        Bounded from outside by the set's extents in a number of directions, so that a color outside by a little may
+        count as inside; ``nearest`` is exact.
+        """
+        directions, extents = self._extents()
+        colors = section_linear_rgb(lightness, size).reshape(-1, 3)
+        inside = np.ones(len(colors), dtype=bool)
+        for start in range(0, len(directions), 128):
+            part = slice(start, start + 128)
+            inside &= (colors @ directions[part].T <= extents[part] + 1e-9).all(axis=1)
+        return inside.reshape(size, size)
+
+    def _extents(self) -> tuple[Array, Array]:
+        count = DIRECTIONS if self.held else MORE_DIRECTIONS
+        z = 1 - (2 * np.arange(count) + 1) / count
+        angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
+        # Evenly over the sphere where the set is round: displays see a set that is long along gray.
+        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1)
+        whitened = directions @ np.linalg.inv(np.linalg.cholesky(self.reach.matrix @ self.reach.matrix.T)).T
+        whitened = whitened / np.linalg.norm(whitened, axis=1, keepdims=True)
+        return whitened, np.array([self.reach.extent(direction)[0] for direction in whitened])
+
+
+def section_linear_rgb(lightness: float, size: int) -> Array:
+    """Linear sRGB (size, size, 3) of the points of a section; also what no display shows."""
+    axis = np.linspace(-SECTION_LIMIT, SECTION_LIMIT, size)
+    a, b = np.meshgrid(axis, axis)
+    y = (lightness + 16) / 116
+    f = np.stack([y + a / 500, np.full_like(a, y), y - b / 200], axis=-1)
+    xyz = np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29)) * WHITE_XYZ
+    return np.asarray(linear_rgb_from_xyz(xyz))
+
+
+def possible_colors(
+    problem: PaletteProblem,
+    index: CellIndex,
+    *,
+    lights: Sequence[Illuminant] | None = None,
+    actual: ArrayLike | None = None,
+) -> PossibleColors:
+    """The colors that a cell can show.
+
+    Parameters
+    ----------
+    problem : the palette.
+    index : (reflectance, light) of the cell.
+    lights : spectra of the lights as they are now, for those that are designed; by default where designs start.
+    actual : (R, L, 3), colors of the last solution, which exact cells that refer to others must keep.
+
+    Raises
+    ------
+    InvalidInputError : the material is measured, the exact cells of its row contradict each other, or one of them
+        refers to a cell that was not solved yet.
+    """
+    row, column = index
+    if problem.reflectances[row].spectrum is not None:
+        raise InvalidInputError(
+            f"{problem.reflectances[row].name!r} is measured: it shows the one color that it has; let it be designed"
+        )
+    spectra = list(lights) if lights is not None else [light.spectrum for light in problem.lights]
+    colors = None if actual is None else np.asarray(actual, dtype=np.float64)
+    held, open_wishes, exact = [], [], []
+    for other, cell in enumerate(problem.cells[row]):
+        if other == column or cell.mode in (CellMode.IGNORE, CellMode.FREE):
+            continue
+        if not cell.exact:
+            open_wishes.append((row, other))
+            continue
+        held.append((row, other))
+        exact.append((spectra[other], _wanted(cell, (row, other), colors)))
+    reach = CellReach(spectra[column], problem.grid, exact, scale=None)
+    return PossibleColors(index, reach, tuple(held), tuple(open_wishes), spectra[column], tuple(exact))
+
+
+def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:
+    """The color that an exact cell holds its material to."""
+    if cell.mode is CellMode.BLACK:
+        return np.zeros(3)
+    if cell.target is not None:
+        return np.asarray(cell.target)
+    if actual is None:
+        raise InvalidInputError(
+            f"cell {place} takes its color from another cell, which is not known before the palette is solved; solve it"
+        )
+    return np.asarray(actual[cell.others[0]] if cell.others else actual[place])

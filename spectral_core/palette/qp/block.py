@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One designed spectrum of a side with what is asked of it, and all spectra of a side as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+DIM = 1e-7
+"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
+RowKey = tuple[int, tuple[int, int]]
+"""(condition, cell) from which three rows come."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One designed spectrum of n values: its rows, its roughness and its bounds."""
+
+    rows: Array
+    """A, (m, n)."""
+    targets: Array
+    """t, (m,)."""
+    ties: Array
+    """τ, (m, q): how each row depends on the free colors."""
+    weights: Array
+    """ω, (m,): squared weights; infinite where the row must hold exactly."""
+    roughness: Array
+    """D, (r, n)."""
+    gram: Array
+    """DᵀD, (n, n)."""
+    lower: Array
+    upper: Array
+    keys: tuple[RowKey, ...] = ()
+    """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
+    own_weights: Array | None = None
+    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
+
+    @cached_property
+    def exact(self) -> NDArray[np.bool_]:
+        """Rows that must hold exactly, (m,)."""
+        return np.isinf(self.weights)
+
+    @cached_property
+    def any_exact(self) -> bool:
+        """Whether any row must hold exactly."""
+        return bool(self.exact.any())
+
+    @cached_property
+    def soft_weights(self) -> Array:
+        """ω, (m,), with 0 for rows that must hold exactly."""
+        return np.where(self.exact, 0.0, self.weights)
+
+    @cached_property
+    def scale(self) -> float:
+        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
+
+        Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
+        """
+        strength = np.abs(self.rows).max(axis=1, initial=0.0)
+        shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
+        if self.keys:
+            # Three rows are one color: the strongest of them says how well it shows.
+            colored = 3 * len(self.keys)
+            strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
+            shown[colored:] = False
+        lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
+        curvature = float(np.diagonal(self.gram).max(initial=0.0))
+        strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
+        return min(strongest, lightest) or 1.0
+
+    @cached_property
+    def lightest_ties(self) -> Array:
+        """Least weight with which rows are tied to each free color, (q,); infinite where none is."""
+        tied = (self.ties != 0) & (self.soft_weights > 0)[:, None]
+        return np.where(tied, self.soft_weights[:, None], np.inf).min(axis=0, initial=np.inf)
+
+    def misses(self, x: Array, colors: Array) -> Array:
+        """What each row leaves, unweighted, (m,)."""
+        return self.rows @ x - self.targets - self.ties @ colors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stack:
+    """Blocks of equal shape as arrays, so that one product serves them all."""
+
+    rows: Array
+    """(K, m, n)."""
+    targets: Array
+    """(K, m)."""
+    ties: Array
+    """(K, m, q)."""
+    soft_weights: Array
+    """(K, m)."""
+    exact: NDArray[np.bool_]
+    """(K, m)."""
+    scales: Array
+    """(K,): ``Block.scale``."""
+
+    @classmethod
+    def of(cls, blocks: Sequence[Block]) -> Stack:
+        """The arrays of some blocks."""
+        return cls(
+            np.array([block.rows for block in blocks]),
+            np.array([block.targets for block in blocks]),
+            np.array([block.ties for block in blocks]),
+            np.array([block.soft_weights for block in blocks]),
+            np.array([block.exact for block in blocks]),
+            np.array([block.scale for block in blocks]),
+        )
+
+    def with_block(self, k: int, block: Block) -> Stack:
+        """The same arrays with one block replaced."""
+        found = Stack(
+            self.rows, self.targets.copy(), self.ties, self.soft_weights.copy(), self.exact.copy(), self.scales.copy()
+        )
+        found.targets[k], found.soft_weights[k], found.exact[k] = block.targets, block.soft_weights, block.exact
+        found.scales[k] = block.scale
+        return found
+
+    def misses(self, values: Array, colors: Array) -> Array:
+        """What each row leaves, unweighted, (K, m)."""
+        left = np.matmul(self.rows, values[:, :, None])[:, :, 0] - self.targets
+        return left - self.ties @ colors if colors.size else left

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What kind of ray a hit was met by, written where the hit has room: shading programs ask for it (Light Path).
+
+The derivatives of normals are read by nothing here, so ``dn_dv`` holds three marks: the kind of ray; the counts of
+bounces, of diffuse and of glossy ones; surfaces passed straight and transmissions. A hit without marks is one of
+Mitsuba's own, or the sampling of a light: every question about its ray is answered with no.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.scene.rays import Rays
+
+SINGULAR = 64
+"""Bit beside the kinds of rays: the last bounce was a mirror's or a smooth glass's."""
+COUNT, PASSED = 255, 1023
+"""Largest counts that are told apart."""
+
+
+def ray_marks(mi: Any, dr: Any, path: Any) -> Any:
+    """Marks of a path's ray."""
+
+    def count(value: Any, most: int = COUNT) -> Any:
+        return mi.Float(dr.minimum(value, most))
+
+    sharp = path.before_delta & (path.depth > 0)
+    kind = path.kind | dr.select(sharp, mi.UInt32(SINGULAR), 0)
+    bounces = count(path.depth) + 256.0 * count(path.diffuse) + 65536.0 * count(path.glossy)
+    return mi.Vector3f(mi.Float(kind), bounces, count(path.passed, PASSED) + 1024.0 * count(path.transmission))
+
+
+def shadow_marks(mi: Any, marks: Any) -> Any:
+    """Marks of a ray to a light from where a ray with ``marks`` has met something."""
+    return mi.Vector3f(mi.Float(int(Rays.SHADOW)), marks.y + 1.0, marks.z)
+
+
+def camera_marks(mi: Any) -> Any:
+    """Marks of a ray from the camera."""
+    return mi.Vector3f(float(int(Rays.CAMERA)), 0.0, 0.0)
+
+
+KINDS = {
+    "Is Camera Ray": Rays.CAMERA, "Is Shadow Ray": Rays.SHADOW, "Is Diffuse Ray": Rays.DIFFUSE,
+    "Is Glossy Ray": Rays.GLOSSY | Rays.TRANSMISSION, "Is Singular Ray": SINGULAR,
+    "Is Reflection Ray": Rays.DIFFUSE | Rays.GLOSSY, "Is Transmission Ray": Rays.TRANSMISSION,
+    "Is Volume Scatter Ray": Rays.VOLUME,
+}  # fmt: skip
+COUNTS = {
+    "Ray Depth": ("y", 0, COUNT), "Diffuse Depth": ("y", 8, COUNT), "Glossy Depth": ("y", 16, COUNT),
+    "Transparent Depth": ("z", 0, PASSED), "Transmission Depth": ("z", 10, COUNT),
+}  # fmt: skip
+
+
+def read_mark(mi: Any, dr: Any, si: Any, name: str) -> Any:
+    """What the Light Path node's output ``name`` says at a hit."""
+    if name == "Ray Length":
+        return dr.select(dr.isfinite(si.t), si.t, 0.0)
+    if name in KINDS:
+        return dr.select((mi.UInt32(si.dn_dv.x) & int(KINDS[name])) != 0, mi.Float(1.0), 0.0)
+    component, shift, most = COUNTS[name]
+    return mi.Float((mi.UInt32(getattr(si.dn_dv, component)) >> shift) & most)

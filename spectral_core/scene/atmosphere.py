@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sky and the sun's disk as Blender's Sky Texture describes them, in linear sRGB radiance.
+
+Single scattering: Nishita et al. 1993, "Display of the Earth taking into account atmospheric scattering", at 21
+wavelengths. Multiple scattering: Garcia Linan 2024, "Physically based spectral sky" (fgarlin.com), at four wavelengths,
+with his fit of light that is scattered often.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene.daylight import preetham
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import observer
+
+Array = NDArray[np.float64]
+
+ROWS, COLUMNS = 128, 64
+"""Elevations, closer toward the horizon, and azimuths from the sun to opposite of it, at which a sky is computed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Atmosphere:
+    """A Sky Texture's settings: angles in radians, altitude in meters, densities relative to Earth's."""
+
+    model: Literal["single", "multiple", "preetham"] = "multiple"
+    sun_elevation: float = 0.26
+    sun_rotation: float = 0.0
+    altitude: float = 100.0
+    air: float = 1.0
+    aerosol: float = 1.0
+    ozone: float = 1.0
+    turbidity: float = 2.2
+    sun_direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Preetham's alone."""
+
+    @property
+    def toward_sun(self) -> Array:
+        """Unit vector (3,) to the sun."""
+        if self.model == "preetham":
+            vector = np.array(self.sun_direction, dtype=np.float64)
+            return vector / max(float(np.linalg.norm(vector)), 1e-12)
+        flat, turn = np.cos(self.sun_elevation), np.pi / 2 - self.sun_rotation
+        return np.array([flat * np.cos(turn), flat * np.sin(turn), np.sin(self.sun_elevation)])
+
+    def radiance(self, directions: Array) -> Array:
+        """Linear sRGB (..., 3) of the sky without its sun along unit directions (..., 3)."""
+        if self.model == "preetham":
+            return _clamped(preetham(self.turbidity, self.toward_sun, directions))
+        table = _table(self)
+        elevation = np.arcsin(np.clip(directions[..., 2], -1, 1))
+        sun = self.toward_sun
+        turn = np.arctan2(directions[..., 1], directions[..., 0]) - np.arctan2(sun[1], sun[0])
+        azimuth = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
+        fade = np.ones_like(elevation)
+        if self.model == "single":  # below the horizon it fades to black
+            below = directions[..., 2] < 0
+            fade = np.where(below, np.maximum(1 + directions[..., 2] * 2.5, 0.0) ** 3, 1.0)
+            elevation = np.maximum(elevation, 4e-4)
+        row = (np.sign(elevation) * np.sqrt(np.abs(elevation) / (np.pi / 2)) + 1) / 2 * (ROWS - 1)
+        return _clamped(_interpolated(table, row, azimuth / np.pi * (COLUMNS - 1))) * fade[..., None]
+
+    def sun_radiance(self, angle_rad: float) -> Array:
+        """Mean linear sRGB (3,) of the sun's disk of full angle ``angle_rad``, its darker limb included."""
+        if self.model == "preetham" or (self.model == "single" and self.sun_elevation + angle_rad / 2 <= 0):
+            return np.zeros(3)
+        ground = 6371e3
+        horizon = -np.arccos(ground / (ground + max(self.altitude, 0.0)))
+        visible = np.clip((self.sun_elevation - max(horizon, -1.0)) / angle_rad + 0.5, 0.0, 1.0)
+        solid_angle = 2 * np.pi * (1 - np.cos(angle_rad / 2))
+        at_sun = _sun_single if self.model == "single" else _sun_multiple
+        edges = [at_sun(self, self.sun_elevation + side * angle_rad / 2) / solid_angle for side in (-1, 1)]
+        darkened = 0.8  # mean over the disk of 1 - 0.6 (1 - cosine)
+        return _clamped((edges[0] + edges[1]) / 2) * darkened * visible
+
+
+def _clamped(xyz: Array) -> Array:
+    return np.asarray(np.maximum(xyz @ RGB_FROM_XYZ.T, 0.0))
+
+
+def _interpolated(table: Array, row: Array, column: Array) -> Array:
+    low, left = (np.floor(part).astype(int) for part in (row, column))
+    low, left = np.clip(low, 0, ROWS - 2), np.clip(left, 0, COLUMNS - 2)
+    up, across = (row - low)[..., None], (column - left)[..., None]
+    first = table[low, left] * (1 - across) + table[low, left + 1] * across
+    second = table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across
+    return np.asarray(first * (1 - up) + second * up)
+
+
+@cache
+def _table(sky: Atmosphere) -> Array:
+    """XYZ (ROWS, COLUMNS, 3) over elevation and the azimuth from the sun."""
+    place = np.linspace(-1, 1, ROWS)
+    elevation = (np.sign(place) * place**2 * np.pi / 2)[:, None]
+    azimuth = np.linspace(0, np.pi, COLUMNS)[None, :]
+    parts = (np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation) + 0 * azimuth)
+    directions = np.stack(parts, axis=-1)
+    if sky.model == "multiple":
+        return _multiple(sky, directions)
+    upper = place > 0
+    table = np.zeros((ROWS, COLUMNS, 3))
+    table[upper] = _single(sky, directions[upper])
+    table[~upper] = table[upper][:1]
+    return table
+
+
+# --- single scattering: lengths in meters ---------------------------------------------------------------------------
+
+_NM = 380.0 + 20.0 * np.arange(21)
+_GROUND, _TOP = 6360e3, 6420e3
+_STEPS = 32
+_RAYLEIGH = 1.13115e6 * _NM**-4.0
+"""Scattering of air per meter at sea level, of index 1.0003."""
+_MIE = 2e-5
+_OZONE = 1e-9 * np.array([3.25, 5.85, 19.8, 73.1, 201, 404, 636, 967, 1548, 2090, 2461, 2736, 2151, 1591, 1124, 735,
+                          465, 331, 225, 149, 168])  # fmt: skip
+"""Absorption per meter where ozone is densest."""
+
+
+def _solar(nm: Array) -> Array:
+    """Irradiance of the sun above the air, W / (m² nm): a black body of 5778 K."""
+    meters = nm * 1e-9
+    planck = 1.191042972e-16 / meters**5 / np.expm1(1.438776877e-2 / (meters * 5778.0))
+    return np.asarray(planck * 1e-9 * 6.79e-5)
+
+
+def _xyz_single(spectrum: Array) -> Array:
+    viewer = observer()
+    return np.asarray(
+        spectrum @ np.stack([np.interp(_NM, viewer.wavelengths_nm, row) for row in viewer.cmfs], 1) * 20.0
+    )
+
+
+def _densities(height: Array) -> Array:
+    """Relative densities (..., 3) of air, aerosols and ozone at heights."""
+    ozone = np.where(height < 25e3, height / 15e3 - 2 / 3, 8 / 3 - height / 15e3)
+    ozone = np.where((height >= 10e3) & (height < 40e3), ozone, 0.0)
+    return np.stack([np.exp(-height / 8e3), np.exp(-height / 1.2e3), ozone], axis=-1)
+
+
+def _way_out(origin: Array, direction: Array, radius: float) -> Array:
+    along = np.sum(origin * direction, axis=-1)
+    return np.asarray(-along + np.sqrt(np.maximum(along**2 - np.sum(origin**2, axis=-1) + radius**2, 0.0)))
+
+
+@cache
+def _laguerre() -> tuple[Array, Array]:
+    nodes, weights = np.polynomial.laguerre.laggauss(8)
+    return nodes / 25, weights * np.exp(nodes) / 25
+
+
+def _depth_to_sky(origin: Array, direction: Array) -> Array:
+    """Optical depth (..., 3) of each constituent from a point to the top of the atmosphere."""
+    length = _way_out(origin, direction, _TOP)
+    total = np.zeros((*length.shape, 3))
+    for node, weight in zip(*_laguerre(), strict=True):
+        place = origin + (node * length)[..., None] * direction
+        total += weight * _densities(np.linalg.norm(place, axis=-1) - _GROUND)
+    return total * length[..., None]
+
+
+def _single(sky: Atmosphere, directions: Array) -> Array:
+    scale = np.array([sky.air, sky.aerosol, sky.ozone])
+    eye = np.array([0.0, 0.0, _GROUND + np.clip(sky.altitude, 1, 59999)])
+    sun = np.array([np.cos(sky.sun_elevation), 0.0, np.sin(sky.sun_elevation)])
+    step = _way_out(eye, directions, _TOP) / _STEPS
+    cosine = directions @ sun
+    both = (1 + cosine**2) / np.pi
+    forward = (1 + 0.76**2 - 1.52 * cosine) ** 1.5
+    phases = (3 / 16 * both, 3 / 8 * both * (1 - 0.76**2) / ((2 + 0.76**2) * forward))
+    extinction = np.stack([_RAYLEIGH, np.full(21, 1.11 * _MIE), _OZONE])
+    passed, total = np.zeros((*step.shape, 3)), np.zeros((*step.shape, 21))
+    for k in range(_STEPS):
+        place = eye + ((k + 0.5) * step)[..., None] * directions
+        density = scale * _densities(np.linalg.norm(place, axis=-1) - _GROUND)
+        passed += step[..., None] * density
+        depth = passed + scale * _depth_to_sky(place, np.broadcast_to(sun, place.shape))
+        along = place @ sun
+        shaded = (sun[2] < 0) & (along**2 - np.sum(place**2, axis=-1) + _GROUND**2 >= 0)
+        scattered = (phases[0] * density[..., 0])[..., None] * _RAYLEIGH + (phases[1] * density[..., 1] * _MIE)[
+            ..., None
+        ]
+        light = np.exp(-depth @ extinction) * scattered * step[..., None]
+        total += np.where(shaded[..., None], 0.0, light)
+    return _xyz_single(total * _solar(_NM))
+
+
+def _sun_single(sky: Atmosphere, elevation: float) -> Array:
+    elevation = max(elevation, 0.0)
+    eye = np.array([0.0, 0.0, _GROUND + np.clip(sky.altitude, 1, 59999)])
+    depth = _depth_to_sky(eye, np.array([np.cos(elevation), 0.0, np.sin(elevation)]))
+    passed = np.exp(-(_RAYLEIGH * depth[0] * sky.air + 1.11 * _MIE * depth[1] * sky.aerosol))
+    return _xyz_single(_solar(_NM) * passed)
+
+
+# --- multiple scattering: lengths in kilometers, at 630, 560, 490 and 430 nm
+
+_EARTH, _THICKNESS, _G = 6371.0, 100.0, 0.8
+_SUN = np.array([1.679, 1.828, 1.986, 1.307])
+_AIR = np.array([6.605e-3, 1.067e-2, 1.842e-2, 3.156e-2])
+_OZONE_4 = np.array([3.472e-25, 3.914e-25, 1.349e-25, 11.03e-27]) * 334.5 * 3.78547397e20
+_DUST_ABSORBS = np.array([2.8722e-24, 4.6168e-24, 7.9706e-24, 1.3578e-23]) * 1.3681e20
+_DUST_SCATTERS = np.array([1.5908e-22, 1.7711e-22, 2.0942e-22, 2.4033e-22]) * 1.3681e20
+_XYZ_OF_4 = np.array([[53.3869177, 22.9813375, 0.0], [43.9048445, 71.3477957, 0.1025069],
+                      [1.6137278, 18.4229606, 31.7429212], [20.7626687, 2.3614213, 110.4800964]])  # fmt: skip
+
+
+def _coefficients(sky: Atmosphere, height: Array) -> tuple[Array, Array, Array]:
+    """Scattering by air, scattering by aerosols, and extinction (..., 4) per kilometer."""
+    height = np.maximum(height, 0.0)
+    log = np.log(np.maximum(height, 1e-4))
+    air = np.exp(-0.07771971 * height**1.16364243)[..., None] * _AIR * sky.air
+    ozone = np.exp(-((log - 3.22261) ** 2) * 5.55555555 - log)[..., None] * _OZONE_4 * sky.ozone
+    dust = (np.exp(-height / 0.73) + 2e6 / 1.3681e20)[..., None] * sky.aerosol
+    return air, dust * _DUST_SCATTERS, air + ozone + dust * (_DUST_SCATTERS + _DUST_ABSORBS)
+
+
+def _transmittance(sky: Atmosphere, cosine: Array, height: Array) -> Array:
+    """Share (..., 4) that comes from the sun to a height, ``cosine`` to its zenith."""
+    cosine, height = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(height, float))
+    radius = _EARTH + height
+    length = -radius * cosine + np.sqrt(np.maximum((radius * cosine) ** 2 - radius**2 + (_EARTH + _THICKNESS) ** 2, 0))
+    depth = np.zeros((*cosine.shape, 4))
+    for k in range(64):
+        along = length * (k + 0.5) / 64
+        here = np.sqrt(radius**2 + along**2 + 2 * radius * along * cosine) - _EARTH
+        depth += _coefficients(sky, here)[2] * (length / 64)[..., None]
+    return np.asarray(np.exp(-depth))
+
+
+def _multiple(sky: Atmosphere, directions: Array) -> Array:
+    cosines, heights = np.linspace(-1, 1, 256), np.linspace(0, _THICKNESS, 64)
+    table = _transmittance(sky, cosines[None, :], heights[:, None])
+
+    def to_sun(cosine: Array, height: Array) -> Array:
+        row, column = np.clip(height, 0, _THICKNESS) / _THICKNESS * 63, np.clip(cosine * 0.5 + 0.5, 0, 1) * 255
+        low, left = np.minimum(row.astype(int), 62), np.minimum(column.astype(int), 254)
+        up, across = (row - low)[..., None], (column - left)[..., None]
+        below = table[low, left] * (1 - across) + table[low, left + 1] * across
+        return np.asarray(
+            below * (1 - up) + (table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across) * up
+        )
+
+    eye = np.array([0.0, 0.0, _EARTH + np.clip(sky.altitude, 1, 99999) / 1000])
+    sun = np.array([np.cos(sky.sun_elevation), 0.0, np.sin(sky.sun_elevation)])
+    along = directions @ eye
+    inside = along**2 - eye @ eye + _EARTH**2
+    ground = np.where((inside >= 0) & (along < 0), -along - np.sqrt(np.maximum(inside, 0)), -1.0)
+    length = np.where(ground > 0, ground, _way_out(eye, directions, _EARTH + _THICKNESS))
+    cosine = directions @ sun
+    air_phase = 3 / (16 * np.pi) * (1 + cosine**2)
+    dust_phase = (1 - _G**2) / (4 * np.pi) / (1 + _G**2 - 2 * _G * cosine) ** 1.5
+    step = length / 64
+    light, clear = np.zeros((*step.shape, 4)), np.ones((*step.shape, 4))
+    straight_up = to_sun(np.array(1.0), np.array(0.0))
+    for k in range(64):
+        place = eye + ((k + 0.5) * step)[..., None] * directions
+        radius = np.linalg.norm(place, axis=-1)
+        height, zenith = np.maximum(radius - _EARTH, 0.0), (place @ sun) / radius
+        air, dust, extinction = _coefficients(sky, height)
+        direct = to_sun(zenith, height)
+        solid = 2 * np.pi * (1 - np.sqrt(np.maximum(1 - (_EARTH / np.maximum(radius, _EARTH)) ** 2, 0)))
+        up = straight_up / to_sun(np.ones_like(height), height)
+        ground_light = (solid * zenith)[..., None] * (0.3 / np.pi / (4 * np.pi)) * to_sun(zenith, 0 * height) * up
+        often = (
+            0.02 * np.array([0.217, 0.347, 0.594, 1.0]) / (1 + 5 * np.exp(-17.92 * zenith))[..., None] + ground_light
+        )
+        source = _SUN * (
+            air * (air_phase[..., None] * direct + often) + dust * (dust_phase[..., None] * direct + often)
+        )
+        passed = np.exp(-step[..., None] * extinction)
+        light += clear * source * (1 - passed) / np.maximum(extinction, 1e-7)
+        clear *= passed
+    return np.asarray(light @ _XYZ_OF_4)
+
+
+def _sun_multiple(sky: Atmosphere, elevation: float) -> Array:
+    passed = _transmittance(sky, np.sin(elevation), np.clip(sky.altitude, 1, 99999) / 1000)
+    return np.asarray(_SUN * passed @ _XYZ_OF_4)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worlds of patterns and skies, rays told apart, bent normals and attributes: as in Cycles, without a note."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks import Options
+
+pytest.importorskip("bpy")
+pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
+
+SCENES = (
+    "world/sky multiple_scattering", "world/gradient spherical", "inputs/light path Ray Length",
+    "textures/displacement bump", "inputs/attribute of the object",
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_features_agree_with_cycles(blender):
+    from benchmarks import render_features
+
+    found = render_features.run(Options(quick=True, extra=list(SCENES)))["scenes"]
+    assert {name: row["verdict"] for name, row in found.items()} == dict.fromkeys(SCENES, render_features.AGREES), found
+
+
+def test_the_sun_of_a_sky_is_a_light(build, translate):
+    import bpy
+
+    from blender_addon import compat
+
+    build.camera()
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    tree = compat.use_nodes(world)
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sun_elevation, sky.sun_rotation = 0.5, 0.25
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Strength"].default_value = 2.0
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    scene = translate()
+    (sun,) = scene.lights
+    # north is +y, and a sky's sun turns clockwise from there
+    expected = (np.cos(0.5) * np.sin(0.25), np.cos(0.5) * np.cos(0.25), np.sin(0.5))
+    np.testing.assert_allclose(sun.world_from_light[:3, 2], expected, atol=1e-6)
+    # a little over half of the 1361 W/m² above the air arrives, as light in Blender's unit of some 10 W/m²
+    assert 100 < sun.irradiance < 400 and scene.world.is_image
+    sky.sun_disc = False
+    assert translate().lights == ()
+
+
+def test_what_the_camera_sees_apart_from_what_lights(build, translate):
+    """A tree of math on Is Camera Ray, not the bare output alone."""
+    import bpy
+
+    from blender_addon import compat
+
+    build.camera()
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    tree = compat.use_nodes(world)
+    path, math = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMath")
+    math.operation = "MULTIPLY_ADD"
+    math.inputs[1].default_value, math.inputs[2].default_value = 3.0, 0.5
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (1.0, 0.5, 0.25, 1)
+    tree.links.new(path.outputs["Is Camera Ray"], math.inputs[0])
+    tree.links.new(math.outputs[0], background.inputs["Strength"])
+    world = translate().world
+    np.testing.assert_allclose(world.color.linear_rgb * world.strength, (0.5, 0.25, 0.125))
+    view = world.camera_view
+    np.testing.assert_allclose(view.color.linear_rgb * view.strength, (3.5, 1.75, 0.875))

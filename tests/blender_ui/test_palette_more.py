@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Alternatives, tints and fluorescent dyes through the palette's own operators."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from blender_addon.translate.spectra.stored import spectrum_of
+
+
+@pytest.fixture
+def palette(blender):
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    return blender.context.scene.spectral.palette
+
+
+def shown(palette, name="actual_linear"):
+    return np.array([[tuple(getattr(cell, name)) for cell in material.cells] for material in palette.materials])
+
+
+def test_alternatives_are_found_taken_locked_and_gone_on_with(blender, palette) -> None:
+    before = shown(palette)
+    palette.alternative_count = 3
+    blender.ops.spectral.palette_alternatives()
+    assert len(palette.alternatives) == 3
+    assert palette.alternatives[1].apart > 3
+    assert np.array(json.loads(palette.alternatives[1].colors)).shape[2] == 3
+    blender.ops.spectral.palette_alternative_take(index=1)
+    np.testing.assert_allclose(shown(palette), before, atol=1e-4)  # every cell of this table is asked about
+    kept = spectrum_of(palette.materials[0], "result").values
+    stored = json.loads(palette.alternatives[1].spectra)[str(palette.materials[0].uid)]
+    np.testing.assert_allclose(kept, stored["values"], atol=1e-5)
+    palette.materials[0].locked = True
+    blender.ops.spectral.palette_alternatives(seed=2)
+    for answer in palette.alternatives:
+        stored = json.loads(answer.spectra)[str(palette.materials[0].uid)]
+        np.testing.assert_allclose(stored["values"], kept, atol=1e-5)
+    with pytest.raises(RuntimeError, match="there is no answer 9"):
+        blender.ops.spectral.palette_alternative_take(index=9)
+
+
+def test_tints_match_where_they_are_asked_to(blender, palette) -> None:
+    from blender_addon.translate.palette.problem import palette_problem
+    from spectral_core.palette import solve_palette
+    from spectral_core.palette.paint.mixtures import tint_differences
+
+    plain = solve_palette(palette_problem(palette))
+    palette.use_tints, palette.tint_weight = True, 1.0
+    assert palette.is_stale
+    blender.ops.spectral.palette_solve()
+    assert palette.status
+    assert not palette.message
+    spectra = [spectrum_of(material, "result").values for material in palette.materials]
+    apart = [np.abs(spectra[0] - spectra[1]).max(), np.abs(plain.reflectances[0].values - spectra[0]).max()]
+    assert min(apart) > 1e-3  # other spectra than the plain ones, and still two paints
+    assert float(tint_differences(plain, [(0, 1)], base=0.9, levels=(0.5,)).max()) > 1
+
+
+def test_a_dye_is_designed_and_said_not_to_be_rendered(blender) -> None:
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    palette.active_row = 0
+    blender.ops.spectral.palette_dye()
+    dye = palette.materials[0].dyes[0]
+    dye.excitation_nm, dye.emission_nm = 380, 530
+    with pytest.raises(RuntimeError, match="begin at 360 nm"):
+        blender.ops.spectral.palette_solve()
+    palette.grid_start, palette.grid_stop, palette.grid_samples = 360, 720, 37
+    palette.lights[0].design = palette.lights[1].design = "MEASURED"
+    blender.ops.spectral.palette_solve()
+    assert palette.status
+    assert dye.amount >= 0
+    if dye.amount > 1e-4:
+        assert "Rendering shows what fluorescent materials reflect" in palette.notes
+    palette.use_tints = True
+    with pytest.raises(RuntimeError, match="not designed together"):
+        blender.ops.spectral.palette_solve()
+    palette.use_tints = False
+    blender.ops.spectral.palette_dye(index=0)
+    assert not len(palette.materials[0].dyes)
+    with pytest.raises(RuntimeError, match="there is no dye 3"):
+        blender.ops.spectral.palette_dye(index=3)

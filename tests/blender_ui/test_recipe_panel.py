@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recipes through the panel: a lamp, paints for a palette's material, files of one's own, and what is missing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+pytest.importorskip("colour")
+
+from blender_addon.translate.spectra.stored import spectrum_of
+from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, color_rendering_index, xyz_from_spd
+from spectral_core.palette.texture.lights import led
+from spectral_core.spectra.files import write_spectra
+
+
+@pytest.fixture
+def recipe(blender):
+    return blender.context.scene.spectral.recipe
+
+
+def test_a_lamp_has_its_white_and_goes_to_the_selected_light(blender, recipe) -> None:
+    recipe.kind, recipe.cct, recipe.duv, recipe.cri, recipe.most = "LAMP", 3500, 0.001, 85, 4
+    recipe.use_fidelity, recipe.fidelity = True, 80
+    recipe.use_gamut, recipe.gamut_low, recipe.gamut_high = True, 90, 112
+    blender.ops.spectral.recipe_find()
+    assert recipe.met
+    assert "K, Duv +0.001" in recipe.text
+    lamp = blender.data.objects.new("lamp", blender.data.lights.new("lamp", "POINT"))
+    blender.context.scene.collection.objects.link(lamp)
+    blender.context.view_layer.objects.active = lamp
+    blender.ops.spectral.recipe_give()
+    spd = spectrum_of(lamp.data).at(LAMP_GRID.wavelengths_nm)
+    kelvin, duv = cct_and_duv(xyz_from_spd() @ spd)
+    assert kelvin == pytest.approx(3500, rel=0.003)
+    assert duv == pytest.approx(0.001, abs=3e-4)
+    assert color_rendering_index(spd) > 84.5
+
+
+def test_paints_for_a_named_surface_and_for_a_material_of_the_palette(blender, recipe) -> None:
+    recipe.kind, recipe.wanted, recipe.surface, recipe.grams, recipe.most = "PAINTS", "NAMED", "foliage", 50, 3
+    blender.ops.spectral.recipe_find()
+    grams = [float(line.split()[-2]) for line in recipe.text.splitlines() if line.endswith(" g")]
+    assert sum(grams) == pytest.approx(50, abs=0.1)
+    assert "under D65: ΔE2000" in recipe.text
+    assert "metamerism index" in recipe.text
+    recipe.wanted = "PALETTE"
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    blender.ops.spectral.recipe_find()
+    assert "Sodium" in recipe.text or "under HP1" in recipe.text
+    with pytest.raises(RuntimeError, match="select an object with a material"):
+        blender.context.view_layer.objects.active = None
+        blender.ops.spectral.recipe_give()
+
+
+def test_channels_of_ones_own_and_inks_that_are_missing(blender, recipe, tmp_path) -> None:
+    write_spectra(tmp_path / "mine.csv", [led(450, 20), led(530, 30), led(620, 20)])
+    recipe.kind, recipe.library, recipe.filepath = "LAMP", "FILE", str(tmp_path / "mine.csv")
+    recipe.use_cri = recipe.use_fidelity = recipe.use_gamut = False
+    blender.ops.spectral.recipe_find()
+    assert len([line for line in recipe.text.splitlines() if line.endswith("%")]) == 3
+    recipe.filepath = "/nowhere.csv"
+    with pytest.raises(RuntimeError, match="no file of spectra is chosen"):
+        blender.ops.spectral.recipe_find()
+    recipe.kind, recipe.library, recipe.dot_gain = "INKS", "BUILTIN", 1.8
+    with pytest.raises(RuntimeError, match="differ from maker to maker"):
+        blender.ops.spectral.recipe_find()
+    assert np.isfinite(recipe.dot_gain)
+
+
+def test_nothing_to_copy_is_said(blender, recipe) -> None:
+    with pytest.raises(RuntimeError, match="there is no recipe yet"):
+        blender.ops.spectral.recipe_copy()

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Different answers to one palette: what was asked holds in all of them, elsewhere they differ, locks hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette import presets, solve_palette
+from spectral_core.palette.alternatives import alternatives
+from spectral_core.palette.distinct.search import distinct_solutions, solve_distinct
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import linear_rgb_from_product
+from spectral_core.spectra.spectrum import Illuminant
+
+
+def colors(solution, names=()):
+    """Colors of all cells, integrated anew from the spectra."""
+    return np.array(
+        [
+            [
+                linear_rgb_from_product(Illuminant(light.name, light.grid, light.values), item.grid) @ item.values
+                for light in solution.illuminants
+            ]
+            for item in solution.reflectances
+        ]
+    )
+
+
+@pytest.mark.parametrize("preset", ["hidden_mark", "metamer_pair", "color_constancy"])
+def test_what_was_asked_holds_in_every_answer(preset) -> None:
+    found = alternatives(getattr(presets, preset)(), count=3)
+    assert len(found) == 3
+    first = found[0].solution
+    asked = np.isfinite(first.delta_e_2000)
+    base = colors(first)
+    for other in found[1:]:
+        assert other.apart > 3
+        again = colors(other.solution)
+        np.testing.assert_allclose(again, other.solution.actual_linear_rgb, atol=1e-9)
+        assert np.abs(again - base)[asked].max() < 1e-6
+        for item in other.solution.reflectances:
+            assert item.values.min() >= 0
+            assert item.values.max() <= 1
+
+
+def test_locked_materials_stay_and_the_others_go_on() -> None:
+    problem = presets.hidden_mark()
+    first = alternatives(problem, count=2)
+    kept = first[1].solution.reflectances[0]
+    again = alternatives(problem, count=2, locked={0: kept}, seed=4)
+    for each in again:
+        np.testing.assert_array_equal(each.solution.reflectances[0].values, kept.values)
+    assert again[1].apart > 1
+    with pytest.raises(InvalidInputError, match="unlock one"):
+        alternatives(problem, locked=dict(enumerate(first[0].solution.reflectances)))
+
+
+def test_the_searches_of_most_distinct_are_kept() -> None:
+    problem = presets.most_distinct(3)
+    every = distinct_solutions(problem, starts=3)
+    assert len(every) == 3
+    best = solve_distinct(problem, starts=3)
+    assert best.residuals["least_delta_e_2000"] == pytest.approx(every[0].residuals["least_delta_e_2000"])
+    for solution in every:  # each is a whole answer: matches hold, and the stated difference is that of its spectra
+        shown = lab_from_linear_rgb(np.maximum(colors(solution), 0))
+        least = min(float(delta_e_2000(shown[a, 1], shown[b, 1])) for a in range(3) for b in range(a))
+        assert least == pytest.approx(solution.residuals["least_delta_e_2000"], abs=0.1)
+        assert np.ptp(colors(solution)[:, 0], axis=0).max() < 1e-6
+
+
+def test_a_palette_without_freedom_has_one_answer() -> None:
+    problem = presets.split_light()
+    assert solve_palette(problem).status.usable
+    found = alternatives(problem, count=3)
+    assert found[0].apart == 0

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Possible?: the colors of a cell beside exact cells, against linear programs written out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.possible import SECTION_LIMIT, possible_colors, section_linear_rgb
+from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.spectrum import SpectralGrid
+
+GRID = SpectralGrid.uniform(400, 700, 10)
+LIGHTS = [normalized(illuminant(name), luminance=level) for name, level in (("D65", 2.0), ("HP1", 1.0), ("A", 3.0))]
+MATRICES = [linear_rgb_from_product(light, GRID) for light in LIGHTS]
+VALUES = reflectance("foliage").at(GRID.wavelengths_nm)
+COLORS = [matrix @ VALUES for matrix in MATRICES]
+
+
+def problem(*row: Cell, measured=None) -> PaletteProblem:
+    lights = tuple(PaletteLight(light) for light in LIGHTS)
+    return PaletteProblem(GRID, lights, (PaletteReflectance("leaf", measured),), (row,))
+
+
+def feasible(color, *held) -> bool:
+    """Whether any reflectance has ``color`` under HP1 and the held colors, by one program."""
+    equations = np.concatenate([MATRICES[1], *(MATRICES[k] for k in held)])
+    wanted = np.concatenate([color, *(COLORS[k] for k in held)])
+    return linprog(np.zeros(GRID.size), A_eq=equations, b_eq=wanted, bounds=(0, 1), method="highs-ipm").status == 0
+
+
+@pytest.mark.parametrize("held", [(), (0,), (0, 2)])
+def test_sections_and_nearest_colors_agree_with_programs(held) -> None:
+    row = [Cell.fixed(COLORS[k], exact=k in held) if k != 1 else Cell.fixed([0.9, 0.1, 0.1]) for k in range(3)]
+    found = possible_colors(problem(*row), (0, 1))
+    assert [cell for _, cell in found.held] == list(held)
+    assert len(found.open) == 2 - len(held)
+    lightness = float(lab_from_linear_rgb(COLORS[1])[0])
+    inside, colors = found.section(lightness, 23), section_linear_rgb(lightness, 23)
+    truth = np.array([[feasible(color, *held) for color in line] for line in colors])
+    assert not np.any(truth & ~inside)  # nothing possible is left out
+    grown = truth.copy()
+    for axis in (0, 1):
+        for step in (-1, 1):
+            grown |= np.roll(truth, step, axis)
+    assert not np.any(inside & ~grown)  # and too much by less than a cell of 10 units
+    nearest = found.nearest([0.9, 0.1, 0.1])
+    shown = MATRICES[1] @ nearest.reflectance
+    np.testing.assert_allclose(shown, nearest.color, atol=1e-6)
+    for k in held:
+        np.testing.assert_allclose(MATRICES[k] @ nearest.reflectance, COLORS[k], atol=1e-6)
+    assert not nearest.reachable
+    shares = found.in_the_way(nearest)
+    assert sum(share for _, share in shares) == pytest.approx(1.0 if held else 0.0, abs=0.05)
+
+
+def test_the_cell_whose_release_helps_most_is_named_first() -> None:
+    row = (Cell.fixed(COLORS[0], exact=True), Cell.fixed([0.2, 0.8, 0.1]), Cell.fixed(COLORS[2], exact=True))
+    found = possible_colors(problem(*row), (0, 1))
+    nearest = found.nearest([0.2, 0.8, 0.1])
+    first = found.in_the_way(nearest)[0][0][1]
+    released = {
+        k: possible_colors(problem(*(Cell.ignore() if i == k else c for i, c in enumerate(row))), (0, 1))
+        .nearest([0.2, 0.8, 0.1])
+        .delta_e_2000
+        for k in (0, 2)
+    }
+    assert released[first] <= min(released.values()) + 1.0
+
+
+def test_lights_as_they_are_designed_and_cells_that_refer() -> None:
+    row = (Cell.fixed(COLORS[0]), Cell.fixed(COLORS[1]), Cell.constant((0, 0), exact=True))
+    with pytest.raises(InvalidInputError, match="solve it"):
+        possible_colors(problem(*row), (0, 1))
+    found = possible_colors(problem(*row), (0, 1), actual=[[COLORS[0], COLORS[1], COLORS[2]]])
+    assert found.held == ((0, 2),)
+    other = [LIGHTS[0], LIGHTS[2], LIGHTS[2]]
+    color = possible_colors(problem(*row[:2], Cell.ignore()), (0, 1), lights=other).nearest(COLORS[2])
+    assert color.reachable
+    assert delta_e_2000(lab_from_linear_rgb(color.color), lab_from_linear_rgb(COLORS[2])) < 1e-3
+
+
+def test_a_measured_material_shows_one_color() -> None:
+    measured = problem(*[Cell.ignore()] * 3, measured=reflectance("foliage"))
+    with pytest.raises(InvalidInputError, match="it shows the one color that it has"):
+        possible_colors(measured, (0, 1))
+    assert SECTION_LIMIT > 100

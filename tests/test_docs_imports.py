@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the pages import is there: names move, and a reader copies the lines as they stand."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+OURS = ("spectral_core", "blender_addon", "benchmarks", "examples")
+
+
+def imports_of(page: Path) -> list[tuple[str, str | None]]:
+    """(module, name) of every import of ours in the Python blocks of a page."""
+    found: list[tuple[str, str | None]] = []
+    for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL):
+        lines = [line for line in block.splitlines() if line.startswith(("import ", "from "))]
+        for node in ast.walk(ast.parse("\n".join(lines))):
+            if isinstance(node, ast.ImportFrom) and node.module is not None:
+                found += [(node.module, alias.name) for alias in node.names]
+            elif isinstance(node, ast.Import):
+                found += [(alias.name, None) for alias in node.names]
+    return [(module, name) for module, name in found if module.split(".")[0] in OURS]
+
+
+def test_pages_have_imports() -> None:
+    assert sum(len(imports_of(page)) for page in PAGES) > 20
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_import_of_a_page_works(page: Path) -> None:
+    for module, name in imports_of(page):
+        if module.startswith("blender_addon"):
+            pytest.importorskip("bpy")
+        found = importlib.import_module(module)
+        if name is not None and not hasattr(found, name):
+            importlib.import_module(f"{module}.{name}")
