@@ -2,12 +2,15 @@
 """Two photographs in one surface: designed and given lights, every pair of display colors, bounds, time, memory.
 
 ``--pictures A B`` measures two other pictures of one size instead of the photographs that Matplotlib and Blender ship.
+``--large`` runs the command on 8192 × 8192 texels, ``--realism`` prints the table that the slider in Blender reads.
 """
 
 from __future__ import annotations
 
+import itertools
 import resource
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +18,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._texture_large import large_picture, measured
 from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
-from spectral_core.palette.texture.reach import reachable_contrast, stimulus_matrix
+from spectral_core.palette.texture.reach import TEXTURE_GRID, reachable_contrast, stimulus_matrix
+from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, rendering_delta_e
 from spectral_core.palette.texture.texture import Picture, design_texture
 from spectral_core.render.pictures import read_picture
-from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
+from spectral_core.spectra.catalogue import illuminant, reflectance, reflectance_names
+from spectral_core.spectra.color import (
+    delta_e_2000,
+    display_rgb_from_linear,
+    lab_from_linear_rgb,
+    linear_from_display_rgb,
+)
 
-OPTIONS = ("--pictures",)
+OPTIONS = ("--pictures", "--large", "--realism")
 
 
 def photographs(extra: list[str], size: int) -> list[Picture]:
@@ -57,6 +67,10 @@ def _fitted(pixels: NDArray[Any], size: int) -> NDArray[Any]:
 
 def run(options: Options) -> dict[str, Any]:
     """Every figure of acceptance lines 1 to 3 of the spectral textures."""
+    if "--large" in options.extra:
+        return _large(options)
+    if "--realism" in options.extra:
+        return {"realism": _realism(options, LED_WIDTHS_NM, DAYLIGHT_SHARES)}
     designed = design_lights(seconds=3.0 if options.quick else 9.0)
     matrix = stimulus_matrix(designed.lights)
     basis = design_basis(matrix, 6, seconds=3.0 if options.quick else 8.0)
@@ -77,7 +91,7 @@ def run(options: Options) -> dict[str, Any]:
     outside = _outside(found.texture.weights, found.texture.spectra)
     given = _given_lamps(pictures, options)
     times = _times(designed, matrix @ photo_basis.spectra.T, 512 if options.quick else 2048)
-    realism = _realism(options)
+    realism = _realism(options, (20.0, 40.0), (0.0, 0.1, 0.3))
     worst = {name: max(getattr(loss, name) for loss in found.losses) for name in ("mean", "p99", "ghost")}
     holds = {
         "1: white within ΔE2000 0.1 of D65": max(designed.white_delta_e) < 0.1,
@@ -172,12 +186,36 @@ def _times(designed: LightDesign, color_from_weights: NDArray[np.float64], size:
     return {"size": size, "seconds": min(seconds), "fit_seconds_2048": scaled}
 
 
-def _realism(options: Options) -> list[dict[str, float]]:
-    """What daylight in both lights and the width of the LEDs cost in contrast."""
+def _realism(options: Options, widths: Iterable[float], shares: Iterable[float]) -> list[dict[str, float]]:
+    """What daylight in both lights and the width of the LEDs cost in contrast, and what they do for other surfaces."""
+    patches = [reflectance(name) for name in reflectance_names()[:24]]
+    values = np.stack([patch.at(TEXTURE_GRID.wavelengths_nm) for patch in patches])
     rows = []
-    for width, share in ((20, 0.0), (20, 0.1), (20, 0.3), (20, 0.5), (30, 0.0), (40, 0.0)):
+    for width, share in itertools.product(map(float, widths), map(float, shares)):
         found = design_lights(led_range(width), daylight_share=share, seconds=1.0 if options.quick else 4.0)
         contrast = (found.floor + found.slope) / found.floor
-        rows.append({"led_width_nm": width, "daylight_share": share, "contrast": contrast})
-        print(f"LED width {width} nm, daylight {share:.0%}: contrast {contrast:.1f}:1")
+        off = max(rendering_delta_e(light, values, TEXTURE_GRID) for light in found.lights)
+        rows.append({"led_width_nm": width, "daylight_share": share, "contrast": contrast, "rendering_delta_e": off})
+        stated = realism_cost(share, width)
+        print(
+            f"LED width {width:.0f} nm, daylight {share:.0%}: contrast {contrast:.1f}:1 (slider: "
+            f"{stated.contrast:.1f}), other surfaces off by ΔE2000 {off:.1f}"
+        )
     return rows
+
+
+def _large(options: Options) -> dict[str, Any]:
+    """The command on two large pictures, memory of its whole process tree."""
+    size = 1024 if options.quick else 8192
+    names = []
+    for seed, picture in enumerate(photographs([], 512)):
+        pixels = picture.pixels
+        if pixels.dtype.kind == "f":
+            pixels = np.round(255 * np.clip(display_rgb_from_linear(pixels), 0, 1)).astype(np.uint8)
+        names.append(large_picture(options.out / f"{picture.name}.png", pixels, size, seed))
+    found = measured(names, options.out / "texture")
+    print(
+        f"{size}²: {found['seconds']:.0f} s, at most {found['peak_gb']:.2f} GB in all processes, {found['steps']} "
+        "steps of progress"
+    )
+    return found | {"holds": {"3: 8k within 4 GB, with progress": found["peak_gb"] < 4 and found["rising"]}}

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.scene.geometry import Instance
+from spectral_core.scene.leaves import map_leaves
 from spectral_core.scene.lights import Light, World
 from spectral_core.scene.paint import Color
 from spectral_core.scene.scene import Scene
-from spectral_core.scene.surface import Emission, Material, Principled, map_leaves
+from spectral_core.scene.surface import Emission, Material, Principled
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum

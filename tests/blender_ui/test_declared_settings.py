@@ -265,3 +265,24 @@ def test_copying_a_target_copies_all_that_a_cell_asks(palette):
     results = {"actual_linear", "wanted_linear", "actual_display", "wanted_display", "has_result", "delta_e", "actual",
                "wanted", "name", "rna_type", "others"}  # fmt: skip
     assert set(ASKED) == {prop.identifier for prop in cell.bl_rna.properties} - results
+
+
+def test_a_path_beside_the_file_is_no_mistake(registered):
+    """From 5.0 on a property says whether its path may start with //; without, a good path stands in red."""
+    import inspect
+
+    import blender_addon.properties as declared
+    from blender_addon import preferences
+
+    found = 0
+    if "is_path_supports_blend_relative" not in registered.types.StringProperty.bl_rna.properties:
+        pytest.skip("before 5.0 every path may")
+    modules = [value for value in vars(declared).values() if inspect.ismodule(value)] + [preferences]
+    for kind in {one for module in modules for _, one in inspect.getmembers(module, inspect.isclass)}:
+        if not hasattr(kind, "bl_rna") or not kind.__module__.startswith("blender_addon"):
+            continue
+        for field in kind.bl_rna.properties:
+            if field.type == "STRING" and field.subtype in {"FILE_PATH", "DIR_PATH"}:
+                assert field.is_path_supports_blend_relative, f"{kind.__name__}.{field.identifier}"
+                found += 1
+    assert found >= 7

@@ -91,6 +91,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
+    context.walks_below = not scene.volumes and all(material.medium is None for material in scene.materials)
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
@@ -139,6 +140,7 @@ def load_scene(
     lights = None if context.lights is None else _scene_lights(context, context.lights, loaded)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
+    rules.subsurface = context.has_subsurface
     return LoadedScene(
         loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around, lights
     )

@@ -39,6 +39,11 @@ class Context:
     made: list[Any] = field(default_factory=list)
     """Everything that was made, in order: what a live view changes and looks through later."""
 
+    walks_below: bool = True
+    """Whether the paths that are taken know how to walk below surfaces."""
+    has_subsurface: bool = False
+    """Whether any surface was made that they must walk below."""
+
     @cached_property
     def tables(self) -> SceneTables:
         """What shading programs read of the scene."""

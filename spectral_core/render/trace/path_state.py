@@ -31,6 +31,7 @@ def path_state_class(variant: str) -> Any:
             "glossy": mi.UInt32,
             "transmission": mi.UInt32,
             "passed": mi.UInt32,  # surfaces passed straight
+            "leaves": mi.Bool,  # whether the ray comes from below the surface that it meets next
             "kind": mi.UInt32,  # Rays: how the ray left the last surface
             # the last surface that scattered, from which a light met now could have been sampled
             "before": mi.Interaction3f,

@@ -13,10 +13,12 @@ from typing import Any
 
 from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
 from spectral_core.render.trace import path_limits
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
+from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
 from spectral_core.scene import Rays
 
 
@@ -79,32 +81,50 @@ def scene_path_class(variant: str) -> Any:
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
-            arrived = self.arrived(si, path, path.active & ~unseen)
+            leaves = path.leaves & path.active
+            unseen &= ~leaves
+            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
 
             hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
             path.seen |= hit
             bsdf = si.bsdf()
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
-            hit &= ~self.cut_caustic(bsdf, path.kind) & (path.passed <= self.layers)
+            hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
             direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
-            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit)
-            straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~leaves)
+            dives = hit & ~leaves & ~path.last & ((bs.sampled_type & DIVES) != 0)
             outward = si.to_world(bs.wo)
-            scatters = hit & ~straight & ~path.last & self.leaves_as_drawn(si, bs, outward)
+            drawn_well = self.leaves_as_drawn(si, bs, outward)
+            if self.tables.subsurface:
+                left, through = leaving(mi, dr, si, direction)
+                bs, weight = dr.select(leaves, left, bs), dr.select(leaves, mi.Spectrum(1.0), weight)
+                outward, drawn_well = dr.select(leaves, through, outward), drawn_well | leaves
+            straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+            scatters = hit & ~straight & ~path.last & ~dives & drawn_well
             onward = unseen | (hit & straight) | scatters
-            path.throughput = dr.select(hit, path.throughput * weight, path.throughput)
+            path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
             path.passed = dr.select(hit & straight, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
-            path.remember(si, bs, shape, scatters, self.lets_through(bsdf))
+            path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
 
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            path.leaves &= unseen
+            if self.tables.subsurface:
+                below, factor, surfaces, sampler = walk(
+                    mi, dr, scene, self.tables, (si, shape, bs, weight, dives), sampler
+                )
+                dives &= surfaces
+                path.ray = dr.select(dives, below, path.ray)
+                path.throughput = dr.select(dives, path.throughput * factor, path.throughput)
+                path.leaves |= dives
+                onward |= dives
 
             # Russian roulette by the light that a path can still bring, freed of what refraction spread it by
             strongest = dr.max(path.throughput)
@@ -180,15 +200,19 @@ def scene_path_class(variant: str) -> Any:
                 return mi.Spectrum(0.0)
             si, bsdf, shape = hit
             wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf))
+            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves)
             drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
             wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
-            wanted &= self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted)
+            kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
+            wanted &= kept | path.leaves
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~path.leaves)
+            if self.tables.subsurface:
+                out = cosine_out(mi, dr, si, drawn.direction) / dr.pi
+                value, pdf = dr.select(path.leaves, mi.Spectrum(out), value), dr.select(path.leaves, out, pdf)
             share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
