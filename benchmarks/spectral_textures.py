@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._texture_large import large_picture, measured
+from benchmarks._texture_rendered import rendered_errors
 from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
 from spectral_core.palette.texture.reach import TEXTURE_GRID, reachable_contrast, stimulus_matrix
 from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, rendering_delta_e
-from spectral_core.palette.texture.texture import Picture, design_texture
+from spectral_core.palette.texture.texture import Picture, SpectralTexture, design_texture
 from spectral_core.render.pictures import read_picture
 from spectral_core.spectra.catalogue import illuminant, reflectance, reflectance_names
 from spectral_core.spectra.color import (
@@ -89,6 +90,7 @@ def run(options: Options) -> dict[str, Any]:
             f"details {loss.contrast:.2f}, ghost {loss.ghost:.4f}"
         )
     outside = _outside(found.texture.weights, found.texture.spectra)
+    rendered = _by_f12(found.texture, options)
     given = _given_lamps(pictures, options)
     times = _times(designed, matrix @ photo_basis.spectra.T, 512 if options.quick else 2048)
     realism = _realism(options, (20.0, 40.0), (0.0, 0.1, 0.3))
@@ -99,6 +101,9 @@ def run(options: Options) -> dict[str, Any]:
         "1: photographs mean <= 0.2, p99 <= 4, ghost <= 0.02": worst["mean"] <= 0.2
         and worst["p99"] <= 4
         and worst["ghost"] <= 0.02,
+        "1: rendered by F12, 8×8 means within ΔE2000 1.0 beyond noise": all(
+            row["beyond_noise"] < 1 for row in rendered
+        ),
         "1: reflectances within [0, 1] at every texel": outside == 0,
         "2: contrast of given lamps stated in under 1 s and met": all(
             row["seconds"] < 1 and row["largest_delta_e"] < 0.1 for row in given.values()
@@ -114,6 +119,7 @@ def run(options: Options) -> dict[str, Any]:
         "basis_seconds": basis.seconds,
         "pairs": pairs,
         "photographs": worst | {"compressed_share": found.compressed, "texels_outside": outside},
+        "rendered": rendered,
         "given_lamps": given,
         "times": times,
         "realism": realism,
@@ -145,6 +151,19 @@ def _outside(weights: NDArray[np.float16], spectra: NDArray[np.float64]) -> int:
         reflectances = flat[:, start : start + (1 << 16)].T.astype(np.float64) @ spectra
         count += int(((reflectances < 0) | (reflectances > 1 + 1e-12)).any(axis=1).sum())
     return count
+
+
+def _by_f12(texture: SpectralTexture, options: Options) -> list[dict[str, float]]:
+    """Every second or fourth texel of the texture, rendered in Blender under each of its lights."""
+    step = 4 if options.quick else 2
+    small = SpectralTexture(texture.weights[:, ::step, ::step], texture.spectra, texture.lights)
+    rows = rendered_errors(small, 16 if options.quick else 64)
+    for number, row in enumerate(rows, 1):
+        print(
+            f"F12 under light {number}: 8×8 means ΔE2000 {row['mean']:.2f} (p95 {row['p95']:.2f}), noise "
+            f"{row['noise']:.2f}, beyond noise {row['beyond_noise']:.2f}"
+        )
+    return rows
 
 
 def _given_lamps(pictures: list[Picture], options: Options) -> dict[str, dict[str, float]]:

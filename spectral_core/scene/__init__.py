@@ -3,7 +3,15 @@
 
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
-from spectral_core.scene.leaves import Weight, leaves, map_leaves, programs_of, values_of, weighted_leaves
+from spectral_core.scene.leaves import (
+    Weight,
+    leaves,
+    map_leaves,
+    mesh_inputs_of,
+    programs_of,
+    values_of,
+    weighted_leaves,
+)
 from spectral_core.scene.lights import (
     AreaLight,
     Falloff,
@@ -88,6 +96,7 @@ __all__ = [
     "gray",
     "leaves",
     "map_leaves",
+    "mesh_inputs_of",
     "programs_of",
     "scene_hash",
     "values_of",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from spectral_core.scene.paint import MixedPaint, Scalar
+from spectral_core.scene.paint import ImageTexture, MixedPaint, Scalar, SpectralImage
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.surface import AddSurface, Closure, MixSurface, Surface
 
@@ -89,10 +89,23 @@ def values_of(surface: Surface | None) -> Iterator[Any]:
 
 def programs_of(surface: Surface | None) -> Iterator[Program]:
     """Every program in a surface."""
+    yield from (value.program for value in _simple_values(surface) if isinstance(value, Computed))
+
+
+def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
+    """What a surface reads of its mesh: ``"uv"`` for its images, and each input of its programs."""
+    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in _simple_values(surface))
+    return frozenset(name for program in programs_of(surface) for name in program.inputs) | (
+        {"uv"} if images else set()
+    )
+
+
+def _simple_values(surface: Surface | None) -> Iterator[Any]:
+    """``values_of`` with each mixed paint divided into what it mixes."""
     stack = list(values_of(surface))
     while stack:
         value = stack.pop()
-        if isinstance(value, Computed):
-            yield value.program
-        elif isinstance(value, MixedPaint):
+        if isinstance(value, MixedPaint):
             stack += [value.factor, value.first, value.second]
+        else:
+            yield value
