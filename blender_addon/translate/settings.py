@@ -33,7 +33,7 @@ def settings_of(scene: Any) -> RenderSettings:
     cycles = getattr(scene, "cycles", None)
     stated = _stated(settings, RenderSettings)
     for name, goal in (("target_error", "ERROR"), ("time_budget_s", "TIME")):
-        stated[name] = stated[name] if settings.goal == goal else None
+        stated[name] = stated.get(name) if settings.goal == goal else None
     return RenderSettings(
         **stated,
         overrides=tuple(sorted(chosen.items())),

@@ -41,7 +41,10 @@ OTHER_PALETTE = {
     "observers": {"cie_1931_2deg", "cie_2015_2deg"}, "robustness": "worst_case", "robust_weight": 2.5,
     "allow_negative": True, "grid_start": 390.0, "grid_stop": 720.0, "grid_samples": 43,
 }  # fmt: skip
-OTHER_RENDER = {"samples": 7, "seed": 3, "transport": "SPECTRAL", "tolerance": 2.5}
+OTHER_RENDER = {
+    "samples": 7, "seed": 3, "transport": "SPECTRAL", "tolerance": 2.5, "target_error": 0.5, "time_budget": 7.0,
+}  # fmt: skip
+GOALS = {"target_error": "ERROR", "time_budget": "TIME"}
 OTHER_VOLUME = {"rule": "uniform", "quality_db": 33.0, "lighting": "shadows"}
 TABLE = {"lights", "reflectances", "cells"}
 NOT_IN_THE_TABLE = {"subspace": "refused by name when a palette is loaded"}
@@ -213,6 +216,7 @@ def test_a_palette_setting_left_out_of_live_editing_is_noticed(palette, monkeypa
 
 
 def kept_in_a_render(scene, name) -> bool:
+    scene.spectral.render.goal = GOALS.get(name, "SAMPLES")
     before = {**vars(render_settings.sampling_of(scene)), "settings": render_settings.settings_of(scene)}
     setattr(scene.spectral.render, name, OTHER_RENDER[name])
     after = {**vars(render_settings.sampling_of(scene)), "settings": render_settings.settings_of(scene)}
