@@ -53,7 +53,6 @@ SURFACES: dict[str, Callable[[float], Any]] = {
     "Glossy, GGX, multiple scattering": lambda r: Glossy(WHITE, r),
     "Glossy, GGX, single scattering": lambda r: Glossy(WHITE, r, multiple_scattering=False),
     "Glossy, Beckmann": lambda r: Glossy(WHITE, r, distribution="beckmann"),
-    "Glossy, anisotropic": lambda r: Glossy(WHITE, r, anisotropy=0.7),
     "Glass, index 1.5": lambda r: Glass(WHITE, r, 1.5),
     "Glass, index 2.4": lambda r: Glass(WHITE, r, 2.4),
     "Translucent": lambda r: Translucent(WHITE),
@@ -89,9 +88,7 @@ def tile_albedos(make: Callable[[float], Any], samples: int, transport: str, see
             placed = tilt @ np.diag([1 / np.cos(np.radians(angle)), 1.0, 1.0, 1.0])  # fills its square as seen
             placed[:2, 3] = (column + 0.5, row + 0.5)
             instances.append(
-                Instance(
-                    f"tile {row} {column}", "tile", placed, (f"white {row}",), hidden_from=Rays.ALL & ~Rays.CAMERA
-                )
+                Instance(f"tile {row} {column}", "tile", placed, (f"white {row}",), hidden_from=Rays.ALL & ~Rays.CAMERA)
             )
     corners = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]], np.float32)
     width, height = len(sides), len(ROUGHNESS)

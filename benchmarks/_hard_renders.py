@@ -68,8 +68,9 @@ def hard_scenes() -> Iterator[tuple[str, Scene]]:
     yield "panel in the floor", _scene(lamps=(panel,))
     dim, bright = replace(lamp, name="dim", power_w=1e-3), replace(lamp, name="bright", power_w=1e3)
     yield "lights 1e6 to 1", _scene(lamps=(dim, replace(bright, world_from_light=at(-2, 1, 3))))
-    yield "light of 1e12 W and one of 1e-12 W", _scene(
-        lamps=(replace(dim, power_w=1e-12), replace(bright, power_w=1e12))
+    yield (
+        "light of 1e12 W and one of 1e-12 W",
+        _scene(lamps=(replace(dim, power_w=1e-12), replace(bright, power_w=1e12))),
     )
     spot = SpotLight(name="beam", world_from_light=at(0, 0, 4), power_w=500, cone_angle_rad=1e-3, color=spikes())
     sun = SunLight(name="sun", world_from_light=at(turn=("y", 30)), irradiance=3.0, angle_rad=0.0, color=spikes())
@@ -86,10 +87,10 @@ def hard_scenes() -> Iterator[tuple[str, Scene]]:
         }.items():
             worn = tuple(Material(each, surface) for each in SURFACES)
             yield f"{name} of albedo {value:g}", replace(_scene(lamps=(lamp,)), materials=worn)
-    glow = _scene(lamps=(), world=World(gray(0.0)))
-    yield "glowing ball of 1e12", replace(
-        glow, materials=(Material("gloss", Emission(gray(1.0), 1e12)), *(m for m in glow.materials if m.name != "gloss"))
-    )
+    glow = _scene()
+    rest = (material for material in glow.materials if material.name != "gloss")
+    bright_ball = Material("gloss", Emission(gray(1.0), 1e12))
+    yield "glowing ball of 1e12", replace(glow, materials=(bright_ball, *rest))
 
 
 def _scaled(lamp: PointLight, scale: float) -> PointLight:
