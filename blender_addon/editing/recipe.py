@@ -38,8 +38,8 @@ def find(scene: Scene) -> bool:
             most_channels=min(max(recipe.most, 3), len(channels)),
         )  # fmt: skip
         # The library's channels have one watt each; those of a file are as bright as the file says.
-        full = "100 % is one watt of radiation" if recipe.library == "BUILTIN" else "100 % is the channel as in the file"
-        recipe.text, recipe.met, made = f"{lamp.text()}\n{full}", lamp.met, lamp.lamp
+        full = "one watt of radiation" if recipe.library == "BUILTIN" else "the channel as in the file"
+        recipe.text, recipe.met, made = f"{lamp.text()}\n100 % is {full}", lamp.met, lamp.lamp
     else:
         found = material_recipe(
             _colorants(recipe, spectra), _wanted(scene), _lights(scene), most_colorants=min(recipe.most, 8)

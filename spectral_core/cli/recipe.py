@@ -90,7 +90,8 @@ def _material(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     lights = [illuminant(name) for name in arguments.light or ("D65", "A")]
     grams = require_range("--grams", arguments.grams, 1e-6, 1e12)
-    recipe = material_recipe(colorants, _reflectance(arguments.target), lights, most_colorants=4 if arguments.most is None else arguments.most)
+    most = 4 if arguments.most is None else arguments.most
+    recipe = material_recipe(colorants, _reflectance(arguments.target), lights, most_colorants=most)
     print(recipe.text(grams))
     if arguments.json:
         figures: dict[str, Any] = {

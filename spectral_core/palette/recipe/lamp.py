@@ -156,10 +156,8 @@ def lamp_recipe(
     spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in channels])
     power = spds.sum(axis=1)
     if not power.all():
-        raise InvalidInputError(
-            f"channel {channels[int(np.argmin(power))].name!r} sends out no light from {LAMP_GRID.wavelengths_nm[0]:g} to "
-            f"{LAMP_GRID.wavelengths_nm[-1]:g} nm; take it out"
-        )
+        dark, first_nm, last_nm = channels[int(np.argmin(power))].name, *LAMP_GRID.wavelengths_nm[[0, -1]]
+        raise InvalidInputError(f"channel {dark!r} sends out no light from {first_nm:g} to {last_nm:g} nm; take it out")
     equal = spds / power[:, None]  # the search is of light, so that no scale of a channel changes the mix
     best: tuple[float, Array] | None = None
     for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [wanted_xyz]:

@@ -2,8 +2,9 @@
 """What there is to mix from when no file of one's own is at hand: LED channels, and measured paint chips.
 
 LEDs: bells at the peaks and widths that data sheets of today's color LEDs state, and the phosphor LEDs that the CIE
-measured (CIE 15:2018), each with one watt of radiation at full drive, so that drive levels are comparable. Paints: the 24 chips of the ColorChecker as the catalogue has them, which are opaque matte
-paints. Inks and filters differ from printer to printer and maker to maker, so they come from a file.
+measured (CIE 15:2018), each with one watt of radiation at full drive, so that drive levels are comparable. Paints: the
+24 chips of the ColorChecker as the catalogue has them, which are opaque matte paints. Inks and filters differ from
+printer to printer and maker to maker, so they come from a file.
 """
 
 from __future__ import annotations

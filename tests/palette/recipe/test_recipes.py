@@ -202,7 +202,7 @@ def test_a_channel_without_light_is_named() -> None:
 def test_columns_without_names_are_told_apart(tmp_path, capsys) -> None:
     nm = np.arange(400, 701, 5)
     columns = [led(peak, 20).at(nm) for peak in (450, 520, 590, 640)]
-    lines = [",".join(f"{value:.6f}" for value in (wavelength, *row)) for wavelength, *row in zip(nm, *columns)]
+    lines = [",".join(f"{value:.6f}" for value in row) for row in np.column_stack([nm, *columns])]
     path = tmp_path / "leds.csv"
     path.write_text("wavelength_nm,,,,\n" + "\n".join(lines))
     assert cli.main(["recipe", "lamp", str(path), "--cct", "4000", "--json"]) == 0
