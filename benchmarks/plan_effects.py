@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 
 def run(options: Options) -> dict[str, Any]:
     """Print the tables and return them."""
-    size, samples = ((16, 12), 16) if options.quick else ((64, 48), 48)
+    size, samples = ((16, 12), 16) if options.quick else ((48, 36), 24)
     wanted = options.extra[1] if options.extra[:1] == ["--only"] else ""
     scenes = {name: effects for name, effects in {**SINGLE, **PAIRS}.items() if wanted in name}
     if options.quick and not wanted:

@@ -2,12 +2,15 @@
 """Two photographs in one surface: designed and given lights, every pair of display colors, bounds, time, memory.
 
 ``--pictures A B`` measures two other pictures of one size instead of the photographs that Matplotlib and Blender ship.
+``--large`` runs the command on 8192 × 8192 texels, ``--realism`` prints the table that the slider in Blender reads.
 """
 
 from __future__ import annotations
 
+import itertools
 import resource
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +18,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._texture_large import large_picture, measured
+from benchmarks._texture_rendered import rendered_errors
 from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
-from spectral_core.palette.texture.reach import reachable_contrast, stimulus_matrix
-from spectral_core.palette.texture.texture import Picture, design_texture
+from spectral_core.palette.texture.reach import TEXTURE_GRID, reachable_contrast, stimulus_matrix
+from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, rendering_delta_e
+from spectral_core.palette.texture.texture import Picture, SpectralTexture, design_texture
 from spectral_core.render.pictures import read_picture
-from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
+from spectral_core.spectra.catalogue import illuminant, reflectance, reflectance_names
+from spectral_core.spectra.color import (
+    delta_e_2000,
+    display_rgb_from_linear,
+    lab_from_linear_rgb,
+    linear_from_display_rgb,
+)
 
-OPTIONS = ("--pictures",)
+OPTIONS = ("--pictures", "--large", "--realism")
 
 
 def photographs(extra: list[str], size: int) -> list[Picture]:
@@ -57,6 +68,10 @@ def _fitted(pixels: NDArray[Any], size: int) -> NDArray[Any]:
 
 def run(options: Options) -> dict[str, Any]:
     """Every figure of acceptance lines 1 to 3 of the spectral textures."""
+    if "--large" in options.extra:
+        return _large(options)
+    if "--realism" in options.extra:
+        return {"realism": _realism(options, LED_WIDTHS_NM, DAYLIGHT_SHARES)}
     designed = design_lights(seconds=3.0 if options.quick else 9.0)
     matrix = stimulus_matrix(designed.lights)
     basis = design_basis(matrix, 6, seconds=3.0 if options.quick else 8.0)
@@ -75,9 +90,10 @@ def run(options: Options) -> dict[str, Any]:
             f"details {loss.contrast:.2f}, ghost {loss.ghost:.4f}"
         )
     outside = _outside(found.texture.weights, found.texture.spectra)
+    rendered = _by_f12(found.texture, options)
     given = _given_lamps(pictures, options)
     times = _times(designed, matrix @ photo_basis.spectra.T, 512 if options.quick else 2048)
-    realism = _realism(options)
+    realism = _realism(options, (20.0, 40.0), (0.0, 0.1, 0.3))
     worst = {name: max(getattr(loss, name) for loss in found.losses) for name in ("mean", "p99", "ghost")}
     holds = {
         "1: white within ΔE2000 0.1 of D65": max(designed.white_delta_e) < 0.1,
@@ -85,6 +101,9 @@ def run(options: Options) -> dict[str, Any]:
         "1: photographs mean <= 0.2, p99 <= 4, ghost <= 0.02": worst["mean"] <= 0.2
         and worst["p99"] <= 4
         and worst["ghost"] <= 0.02,
+        "1: rendered by F12, 8×8 means within ΔE2000 1.0 beyond noise": all(
+            row["beyond_noise"] < 1 for row in rendered
+        ),
         "1: reflectances within [0, 1] at every texel": outside == 0,
         "2: contrast of given lamps stated in under 1 s and met": all(
             row["seconds"] < 1 and row["largest_delta_e"] < 0.1 for row in given.values()
@@ -100,6 +119,7 @@ def run(options: Options) -> dict[str, Any]:
         "basis_seconds": basis.seconds,
         "pairs": pairs,
         "photographs": worst | {"compressed_share": found.compressed, "texels_outside": outside},
+        "rendered": rendered,
         "given_lamps": given,
         "times": times,
         "realism": realism,
@@ -131,6 +151,19 @@ def _outside(weights: NDArray[np.float16], spectra: NDArray[np.float64]) -> int:
         reflectances = flat[:, start : start + (1 << 16)].T.astype(np.float64) @ spectra
         count += int(((reflectances < 0) | (reflectances > 1 + 1e-12)).any(axis=1).sum())
     return count
+
+
+def _by_f12(texture: SpectralTexture, options: Options) -> list[dict[str, float]]:
+    """Every second or fourth texel of the texture, rendered in Blender under each of its lights."""
+    step = 4 if options.quick else 2
+    small = SpectralTexture(texture.weights[:, ::step, ::step], texture.spectra, texture.lights)
+    rows = rendered_errors(small, 16 if options.quick else 64)
+    for number, row in enumerate(rows, 1):
+        print(
+            f"F12 under light {number}: 8×8 means ΔE2000 {row['mean']:.2f} (p95 {row['p95']:.2f}), noise "
+            f"{row['noise']:.2f}, beyond noise {row['beyond_noise']:.2f}"
+        )
+    return rows
 
 
 def _given_lamps(pictures: list[Picture], options: Options) -> dict[str, dict[str, float]]:
@@ -172,12 +205,36 @@ def _times(designed: LightDesign, color_from_weights: NDArray[np.float64], size:
     return {"size": size, "seconds": min(seconds), "fit_seconds_2048": scaled}
 
 
-def _realism(options: Options) -> list[dict[str, float]]:
-    """What daylight in both lights and the width of the LEDs cost in contrast."""
+def _realism(options: Options, widths: Iterable[float], shares: Iterable[float]) -> list[dict[str, float]]:
+    """What daylight in both lights and the width of the LEDs cost in contrast, and what they do for other surfaces."""
+    patches = [reflectance(name) for name in reflectance_names()[:24]]
+    values = np.stack([patch.at(TEXTURE_GRID.wavelengths_nm) for patch in patches])
     rows = []
-    for width, share in ((20, 0.0), (20, 0.1), (20, 0.3), (20, 0.5), (30, 0.0), (40, 0.0)):
+    for width, share in itertools.product(map(float, widths), map(float, shares)):
         found = design_lights(led_range(width), daylight_share=share, seconds=1.0 if options.quick else 4.0)
         contrast = (found.floor + found.slope) / found.floor
-        rows.append({"led_width_nm": width, "daylight_share": share, "contrast": contrast})
-        print(f"LED width {width} nm, daylight {share:.0%}: contrast {contrast:.1f}:1")
+        off = max(rendering_delta_e(light, values, TEXTURE_GRID) for light in found.lights)
+        rows.append({"led_width_nm": width, "daylight_share": share, "contrast": contrast, "rendering_delta_e": off})
+        stated = realism_cost(share, width)
+        print(
+            f"LED width {width:.0f} nm, daylight {share:.0%}: contrast {contrast:.1f}:1 (slider: "
+            f"{stated.contrast:.1f}), other surfaces off by ΔE2000 {off:.1f}"
+        )
     return rows
+
+
+def _large(options: Options) -> dict[str, Any]:
+    """The command on two large pictures, memory of its whole process tree."""
+    size = 1024 if options.quick else 8192
+    names = []
+    for seed, picture in enumerate(photographs([], 512)):
+        pixels = picture.pixels
+        if pixels.dtype.kind == "f":
+            pixels = np.round(255 * np.clip(display_rgb_from_linear(pixels), 0, 1)).astype(np.uint8)
+        names.append(large_picture(options.out / f"{picture.name}.png", pixels, size, seed))
+    found = measured(names, options.out / "texture")
+    print(
+        f"{size}²: {found['seconds']:.0f} s, at most {found['peak_gb']:.2f} GB in all processes, {found['steps']} "
+        "steps of progress"
+    )
+    return found | {"holds": {"3: 8k within 4 GB, with progress": found["peak_gb"] < 4 and found["rising"]}}

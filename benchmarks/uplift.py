@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import Options
+from benchmarks._uplift_rival import rivals
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.palette.texture.uplift import Pin, design_uplift
 from spectral_core.spectra.catalogue import illuminant
@@ -46,17 +47,23 @@ def run(options: Options) -> dict[str, Any]:
     print(f"D65: largest ΔE2000 {exact:.1e} over {len(colors)} colors; pins {', '.join(f'{e:.2f}' for e in at_pins)}")
     print(f"far colors moved by ΔE2000 {moved[far].mean():.4f} in the mean, 95 % {np.percentile(moved[far], 95):.3f}")
     print(f"second difference {lattice:.4f}, tetrahedral mixing {tetrahedra:.4f}: {ratio:.1f} times smoother")
+    rows = rivals(plain, options.quick)
     holds = {
         "4: exact under the first light within 0.06": exact <= 0.06,
         "4: pins within 0.3": max(at_pins) <= 0.3,
         "4: far colors unmoved (mean below 0.05)": float(moved[far].mean()) < 0.05,
         "4: three times smoother than tetrahedral mixing": ratio >= 3,
         "4: built in under 2 s": pinned.seconds < 2,
+        "4: round trip better than Jakob-Hanika": rows["lattice"]["round_trip_max"] < rows["sigmoid"]["round_trip_max"],
+        "4: smoother than Jakob-Hanika": rows["lattice"]["kink"] < rows["sigmoid"]["kink"],
+        "4: Jakob-Hanika stays the one way from RGB, being the faster at render time": (
+            rows["sigmoid"]["ns_per_path"] < min(rows["lattice"]["ns_per_path"], rows["eight"]["ns_per_path"])
+        ),
     }
     return {
         "first_light_delta_e": exact, "pins_delta_e": at_pins, "far_moved_delta_e": float(moved[far].mean()),
         "second_difference": lattice, "tetrahedral_second_difference": tetrahedra, "smoother_by": ratio,
-        "seconds": pinned.seconds, "processor_seconds": processor, "holds": holds,
+        "seconds": pinned.seconds, "processor_seconds": processor, "rivals": rows, "holds": holds,
     }  # fmt: skip
 
 

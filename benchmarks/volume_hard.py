@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
+from benchmarks._volume_oracle import march_oracle
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.oracle import march_oracle
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction

@@ -6,6 +6,7 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +29,15 @@ _REC709_FROM = {
         ]
     ),
 }
+
+
+def path_options() -> set[str]:
+    """Options of a property that holds a path which may start with ``//``: from 5.0 on it has to say so.
+
+    Without them such a path stands in red, as a mistake, though it is resolved.
+    """
+    known = bpy.types.StringProperty.bl_rna.properties
+    return {"ANIMATABLE"} | ({"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative" in known else set())
 
 
 def working_space(data: Any) -> str:

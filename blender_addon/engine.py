@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderCancelled, SpectralError
 from spectral_core.render import Progress, RenderResult
-from spectral_core.scene import Scene
+from spectral_core.scene import Note, Scene
 
-from . import compat, jobs
+from . import jobs
 from .translate.frames import rigid
 from .translate.passes import pass_notes
 from .translate.scene import translate_scene
+from .translate.viewport.look import look_of, preview_scene
+from .viewport import Viewport, shown_from_rgb, working_from_rgb
 
 BL_IDNAME = "SPECTRAL"
 SHOWN_NOTES = 5
@@ -40,12 +42,30 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
 
     bl_idname = BL_IDNAME
     bl_label = "Spectral"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_eevee_viewport = True
     bl_use_shading_nodes_custom = False
 
+    viewport: Viewport | None = None
+    """What an engine that draws a 3D view does."""
+
     has_result = False
     """Whether anything was shown yet; of a render that fails later, that stays."""
+
+    def view_update(self, context: Any, depsgraph: Any) -> None:
+        """Called after edits, on the main thread."""
+        self.viewport = self.viewport or Viewport(self)
+        self.viewport.update(self, context, depsgraph)
+
+    def view_draw(self, context: Any, depsgraph: Any) -> None:
+        """Called whenever a 3D view in Rendered mode is drawn."""
+        self.viewport = self.viewport or Viewport(self)
+        self.viewport.draw(self, context, depsgraph)
+
+    def __del__(self) -> None:
+        viewport = getattr(self, "viewport", None)
+        if viewport is not None:
+            viewport.leave()
 
     def render(self, depsgraph: Any) -> None:
         """Called once per view layer, on a thread of Blender's: nothing here may write to the file's data.
@@ -53,6 +73,9 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         Blender swallows an exception here and calls the render finished, so every one becomes an error of the render
         and an entry of ``jobs.records``.
         """
+        if self.is_preview:
+            self._render_preview(depsgraph)
+            return
         frame, layer = depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name
         try:
             result = self._render(depsgraph)
@@ -72,11 +95,29 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             traceback.print_exc()
             self._fail(frame, layer, f"the render failed unexpectedly ({type(error).__name__}: {error})")
 
+    def _render_preview(self, depsgraph: Any) -> None:
+        """A picture of a material, light or world for an icon or a panel: few samples, and no word of what it lacks."""
+        layer = depsgraph.view_layer_eval.name
+        try:
+            scene = preview_scene(translate_scene(depsgraph), bpy.context)
+            place = _Place(layer, "", working_from_rgb(), scene.film.transparent)
+            jobs.render_preview(scene, lambda progress: self._write(progress.pixels, place), self._should_stop)
+        except SpectralError as error:
+            print(f"spectral: no preview: {error}")
+            self._write_nothing(layer)
+        except Exception:
+            traceback.print_exc()
+            self._write_nothing(layer)
+
     def _render(self, depsgraph: Any) -> RenderResult:
         """Translate once, render each view (one, but for stereo); returns the last view's result."""
         self.update_stats("", "Translating the scene")
         scene = translate_scene(depsgraph, camera=self.camera_override)
         scene = replace(scene, notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)))
+        look = look_of(depsgraph.scene.spectral.viewport.look, depsgraph.scene)
+        if not look.is_plain:
+            text = "it is rendered under a light of the Look panel; choose As It Is there for its own lamps"
+            scene = look.on(replace(scene, notes=(*scene.notes, Note("Look", text))))
         wanted = jobs.current_request()
         if wanted.translated is not None:
             scene = wanted.translated(scene)
@@ -84,7 +125,9 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             if self._should_stop():
                 raise RenderCancelled("stopped before the first sample")
             self.update_stats("", "Starting the renderer")
-            place = _Place(depsgraph.view_layer_eval.name, view, _working_from_rgb(), scene.film.transparent)
+            place = _Place(
+                depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), scene.film.transparent
+            )
             result = self._render_view(self._seen_from(scene, depsgraph, view), place, wanted.options)
             if result.status == "cancelled":
                 break
@@ -163,12 +206,6 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         jobs.record(jobs.RenderRecord(frame, layer, "failed", message))
         self.error_set(message)  # the text in the image editor
         self.report({"ERROR"}, message)  # what makes the operator fail, also in an animation
-
-
-def _working_from_rgb() -> NDArray[np.float64] | None:
-    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None where they are the same."""
-    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
-    return None if matrix is None or np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
 
 
 def _clock(seconds: float) -> str:

@@ -12,18 +12,21 @@ from types import ModuleType
 FEATURES = {
     "properties": (
         "spectrum", "palette_cell", "palette_answers", "palette", "render", "dial", "board", "sweep",
-        "texture_design", "recipe", "scene", "volume", "texture",
+        "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
-        "spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep", "texture_job",
+        "viewport.session", "spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep",
+        "texture_job",
     ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
-        "design.possible", "design.alternatives", "design.paint", "design.recipe",
+        "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look",
     ),
     "drawing": ("icons", "overlay", "dial"),
-    "panels": ("spectrum", "palette", "texture", "recipe", "render", "volume", "dial", "board", "sweep"),
+    "panels": (
+        "viewport", "spectrum", "palette", "texture", "recipe", "render", "volume", "dial", "board", "sweep",
+    ),
 }  # fmt: skip
 """Folder to its modules that Blender must learn of."""
 

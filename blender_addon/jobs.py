@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from spectral_core.render import Progress, RenderProcess, RenderResult
+from spectral_core.render.live.link import LiveLink
 from spectral_core.scene import Note, Scene
 
 
@@ -86,6 +87,29 @@ process = RenderProcess()
 """Where everything is rendered: started by the first render, again after it died or was ended."""
 
 
+_live: list[LiveLink] = []
+_previews: list[RenderProcess] = []
+
+
+def render_preview(
+    scene: Scene, on_progress: Callable[[Progress], None], should_stop: Callable[[], bool]
+) -> RenderResult:
+    """Render an icon or the preview panel, in a process of its own that waits for no other render.
+
+    It leaves no record. Raises RenderError where the process died or its renderer failed.
+    """
+    if not _previews:
+        _previews.append(RenderProcess())
+    return _previews[0].render(scene, on_progress=on_progress, should_stop=should_stop)
+
+
+def live() -> LiveLink:
+    """Where viewports are traced: a process of its own, so that neither waits for the other nor dies with it."""
+    if not _live:
+        _live.append(LiveLink())
+    return _live[0]
+
+
 def render(
     scene: Scene, *, on_progress: Callable[[Progress], None], should_stop: Callable[[], bool], **options: Any
 ) -> RenderResult:
@@ -149,3 +173,7 @@ def unregister() -> None:
     if _file_was_loaded in bpy.app.handlers.load_post:
         bpy.app.handlers.load_post.remove(_file_was_loaded)
     process.close()
+    while _previews:
+        _previews.pop().close()
+    while _live:
+        _live.pop().close()

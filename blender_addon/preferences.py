@@ -10,6 +10,8 @@ from bpy.types import Context
 
 from spectral_core.llvm_library import OWN_VARIABLE
 
+from .compat import path_options
+
 CARRIED = Path(__file__).parent / "llvm"
 """Beside this file in the Linux zip."""
 _given = os.environ.get(OWN_VARIABLE)
@@ -30,7 +32,8 @@ class SPECTRAL_AP_preferences(bpy.types.AddonPreferences):
     bl_idname = __package__ or "blender_addon"
 
     llvm_library: StringProperty(
-        name="LLVM Library", subtype="FILE_PATH", update=lambda self, _context: choose_llvm(self.llvm_library),
+        name="LLVM Library", subtype="FILE_PATH", options=path_options(),
+        update=lambda self, _context: choose_llvm(self.llvm_library),
         description="Shared library of LLVM 17 or newer that renders are compiled with. Empty: the one that the "
         "extension carries, or the newest that is installed. Used by renders that start after Blender does",
     )  # fmt: skip

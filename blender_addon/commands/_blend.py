@@ -33,6 +33,15 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--variant", choices=["llvm", "cuda"], help="what traces: default the best there is")
 
 
+def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments that ask for an error or a time instead of samples."""
+    asked = parser.add_mutually_exclusive_group()
+    asked.add_argument(
+        "--target-error", type=float, metavar="E", help="sample until the mean color error (ΔE2000) is E, e.g. 1.0"
+    )
+    asked.add_argument("--time-budget", type=float, metavar="S", help="sample for S seconds, where it helps most")
+
+
 def open_scene(arguments: argparse.Namespace) -> Any:
     """Open the file and set the engine and the arguments; returns ``bpy.context.scene``.
 
@@ -54,6 +63,13 @@ def open_scene(arguments: argparse.Namespace) -> Any:
         if value is not None:
             if value < (1 if name == "samples" else 0):
                 raise InvalidInputError(f"--{name} is {value}; expected at least {1 if name == 'samples' else 0}")
+            setattr(settings, name, value)
+    for name, goal in (("target_error", "ERROR"), ("time_budget", "TIME")):
+        value = getattr(arguments, name, None)
+        if value is not None:
+            if not value > 0:
+                raise InvalidInputError(f"--{name.replace('_', '-')} is {value:g}; expected more than 0")
+            settings.goal = goal
             setattr(settings, name, value)
     if arguments.percentage is not None:
         scene.render.resolution_percentage = arguments.percentage

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import shutil
 import tempfile
@@ -22,6 +23,7 @@ FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", "
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     _blend.add_scene_arguments(parser)
+    _blend.add_accuracy_arguments(parser)
     parser.add_argument(
         "--out", type=Path, metavar="FILE",
         help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; of an animation FILE_0001.png …",
@@ -59,6 +61,11 @@ def run(arguments: argparse.Namespace) -> int:
     for entry in written:
         print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
         print(f"{entry['transport']} ({entry['variant']})")
+        if entry["outcome"] is not None:
+            said, found = entry["prediction"], entry["outcome"]
+            print(f"predicted: ΔE {said['delta_e']:.2g} in {said['seconds']:.1f} s, {said['samples']:.0f} samples")
+            error = f"ΔE {found['delta_e']:.2g} ± {2 * found['spread']:.1g}"
+            print(f"reached:   {error} in {found['seconds']:.1f} s, {found['samples']:.0f} samples")
     print(f"colors: {report['colors']}")
     for note in report["notes"]:
         print(f"note: {note}")
@@ -109,6 +116,8 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         "seconds": round(result.seconds, 3),
         "transport": result.plan["transport"].value,
         "variant": result.variant,
+        "prediction": None if result.prediction is None else dataclasses.asdict(result.prediction),
+        "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
         "notes": [f"{note.subject}: {note.message}" for note in result.notes],
     }
 

@@ -1,19 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan of the renderer: make it, take a decision over, give it back."""
+"""The plan of the renderer: make it, take a decision over, give it back; and what accuracy costs."""
 
-from typing import TYPE_CHECKING
+import threading
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Event, PropertyGroup
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, SpectralError
 
+from .. import jobs
 from ..translate.settings import overrides_of
 from .common import UNDOABLE, reporting
 
 if TYPE_CHECKING:
+    from spectral_core.render import CostCurve
     from spectral_core.render.plan.effects import EffectPlan
+    from spectral_core.scene import Scene
+
+
+def _translated(context: Context) -> "Scene":
+    from ..translate.scene import translate_scene
+
+    return translate_scene(context.evaluated_depsgraph_get())
 
 
 def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
@@ -32,11 +42,7 @@ def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
 
 
 def _make_plan(context: Context) -> None:
-    from .. import jobs
-    from ..translate.scene import translate_scene
-
-    translated = translate_scene(context.evaluated_depsgraph_get())
-    store_plan(context.scene.spectral.render, jobs.process.plan(translated))
+    store_plan(context.scene.spectral.render, jobs.process.plan(_translated(context)))
 
 
 class SPECTRAL_OT_plan(bpy.types.Operator):
@@ -113,6 +119,74 @@ class SPECTRAL_OT_plan_release(bpy.types.Operator):
         _make_plan(context)
 
 
+LOOK_AGAIN_S = 0.25
+
+
+def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
+    """Keep the points of a cost curve so that the panel can show them."""
+    settings.cost.clear()
+    for point in curve.points:
+        line = settings.cost.add()
+        line.name, line.axis, line.is_measured = point.setting, point.axis, point.measured
+        line.seconds, line.delta_e, line.bias = point.seconds, point.delta_e, point.bias
+    now, asked = curve.now, curve.at_error
+    settings.cost_summary = (
+        f"As it is set: ΔE {now.delta_e:.2g} of noise in {now.seconds:.1f} s. "
+        f"ΔE 1 takes {asked.seconds:.1f} s, {asked.samples:.0f} samples in the mean."
+    )
+
+
+class SPECTRAL_OT_cost(bpy.types.Operator):
+    """Measure error against time on some of the picture's pixels, and predict both for the whole picture"""
+
+    bl_idname = "spectral.cost"
+    bl_label = "Measure Cost"
+    bl_options = UNDOABLE
+
+    _thread: threading.Thread | None = None
+    _timer: Any = None
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        store_curve(context.scene.spectral.render, jobs.process.cost_curve(_translated(context)))
+
+    def invoke(self, context: Context, _event: Event) -> set[str]:
+        try:
+            scene = _translated(context)
+        except SpectralError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._answer: list[Any] = []
+
+        def measure() -> None:
+            try:
+                self._answer.append(jobs.process.cost_curve(scene))
+            except SpectralError as error:
+                self._answer.append(error)
+
+        self._thread = threading.Thread(target=measure, daemon=True)
+        self._thread.start()
+        self._timer = context.window_manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        context.scene.spectral.render.cost_summary = "Measuring…"
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        if event.type != "TIMER" or (self._thread is not None and self._thread.is_alive()):
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self._timer)
+        settings = context.scene.spectral.render
+        settings.cost_summary = ""
+        answer = self._answer[0] if self._answer else None
+        for area in context.screen.areas if context.screen else ():
+            area.tag_redraw()
+        if answer is None or isinstance(answer, SpectralError):
+            self.report({"ERROR"}, str(answer or "the measurement ended without an answer"))
+            return {"CANCELLED"}
+        store_curve(settings, answer)
+        return {"FINISHED"}
+
+
 register, unregister = bpy.utils.register_classes_factory(
-    (SPECTRAL_OT_plan, SPECTRAL_OT_plan_override, SPECTRAL_OT_plan_release)
+    (SPECTRAL_OT_plan, SPECTRAL_OT_plan_override, SPECTRAL_OT_plan_release, SPECTRAL_OT_cost)
 )

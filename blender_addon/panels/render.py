@@ -4,6 +4,7 @@
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
+from .. import jobs
 from .parts import wrapped
 
 ENGINE = "SPECTRAL"
@@ -32,9 +33,54 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         settings = context.scene.spectral.render
-        layout.prop(settings, "samples")
+        layout.prop(settings, "goal")
+        layout.prop(settings, {"SAMPLES": "samples", "ERROR": "target_error", "TIME": "time_budget"}[settings.goal])
+        layout.prop(context.scene.spectral.viewport, "samples")
         layout.prop(settings, "seed")
         layout.prop(settings, "transport")
+        _draw_outcome(layout.column(), context)
+
+
+class SPECTRAL_PT_render_cost(_RenderPanel, bpy.types.Panel):
+    """Error against time, measured on some of the picture's pixels"""
+
+    bl_label = "Cost"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Context) -> None:
+        layout, settings = self.layout, context.scene.spectral.render
+        layout.operator("spectral.cost", icon="FCURVE")
+        if settings.cost_summary:
+            wrapped(layout, context, settings.cost_summary)
+        axis = ""
+        for point in settings.cost:
+            if point.axis != axis:
+                axis = point.axis
+                box = layout.box().column(align=True)
+                _cost_row(box, (axis.capitalize(), "Time", "Noise ΔE", "Bias ΔE"))
+            cells = (point.name, f"{point.seconds:.3g} s", f"{point.delta_e:.2g}", f"{point.bias:.2g}")
+            row = _cost_row(box, cells)
+            row.active = point.is_measured
+
+
+def _cost_row(layout: UILayout, cells: tuple[str, ...]) -> UILayout:
+    row = layout.row(align=True)
+    for cell in cells:
+        row.label(text=cell)
+    return row
+
+
+def _draw_outcome(layout: UILayout, context: Context) -> None:
+    """What the last render was expected to reach, and what it reached."""
+    result = next((entry.result for entry in reversed(jobs.records) if entry.result is not None), None)
+    if result is None or result.outcome is None or result.prediction is None:
+        return
+    said, found = result.prediction, result.outcome
+    for title, item in (("Predicted", said), ("Reached", found)):
+        row = layout.split(factor=0.4)
+        row.active = False
+        row.label(text=title)
+        row.label(text=f"ΔE {item.delta_e:.2g}, {item.seconds:.1f} s, {item.samples:.0f} samples")
 
 
 class SPECTRAL_PT_render_plan(_RenderPanel, bpy.types.Panel):
@@ -108,4 +154,6 @@ def _figures(line: PropertyGroup) -> str:
     return f"{error}, {line.time_share:.0%} of the time"
 
 
-register, unregister = bpy.utils.register_classes_factory((SPECTRAL_PT_render_sampling, SPECTRAL_PT_render_plan))
+register, unregister = bpy.utils.register_classes_factory(
+    (SPECTRAL_PT_render_sampling, SPECTRAL_PT_render_cost, SPECTRAL_PT_render_plan)
+)

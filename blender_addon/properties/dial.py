@@ -13,6 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from ..compat import path_options
 from .hooks import Topic, announces, offers
 
 STORAGE = [
@@ -95,8 +96,9 @@ class SpectralLightDial(bpy.types.PropertyGroup):
         description="A bulb for each light, glowing object and the world; otherwise one for each light group",
     )  # fmt: skip
     filepath: StringProperty(
-        name="File", subtype="FILE_PATH", description="Where the transport is kept; empty: beside the .blend file"
-    )
+        name="File", subtype="FILE_PATH", options=path_options(),
+        description="Where the transport is kept; empty: beside the .blend file",
+    )  # fmt: skip
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="Facts of the recording, for the panel")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")

@@ -25,6 +25,7 @@ class Topic(Enum):
     DIAL = auto()
     BOARD = auto()
     BOARD_DEVICES = auto()
+    VIEWPORT = auto()
 
 
 _listeners: dict[Topic, Callable[[Any], Any]] = {}

@@ -53,7 +53,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
     )
     use_gamut: BoolProperty(name="Rg", default=False, description="Ask for a gamut by TM-30")
     gamut_low: FloatProperty(
-        name="Rg From", default=97.0, min=40.0, max=160.0, precision=0,
+        name="From", default=97.0, min=40.0, max=160.0, precision=0,
         description="Least gamut Rg of TM-30; below 100 colors look duller",
     )  # fmt: skip
     gamut_high: FloatProperty(

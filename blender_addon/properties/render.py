@@ -32,6 +32,14 @@ RENDER_FIELDS = by_name(
         ],
     ),
     Field(
+        "target_error", FloatProperty, "target_error", name="Error", default=1.0, min=0.02, max=100.0, soft_max=5.0,
+        description="Mean color error (ΔE2000) of the picture's noise, at which sampling ends",
+    ),
+    Field(
+        "time_budget", FloatProperty, "time_budget_s", name="Seconds", default=60.0, min=0.1, max=1e7, soft_max=3600.0,
+        description="Time of a render from its start; samples go where they help most",
+    ),
+    Field(
         "tolerance", FloatProperty, "tolerance_delta_e", name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
         description="Color error (ΔE2000) below which the plan may leave an effect out",
     ),
@@ -59,9 +67,33 @@ class SpectralPlanLine(bpy.types.PropertyGroup):
     is_artists: BoolProperty(description="Whether the artist decided it")
 
 
+class SpectralCostPoint(bpy.types.PropertyGroup):
+    """A setting of the cost curve as it was last measured; ``name`` is the setting's."""
+
+    axis: StringProperty()
+    seconds: FloatProperty()
+    delta_e: FloatProperty(description="Mean color error (ΔE2000) of noise")
+    bias: FloatProperty(description="Mean color error (ΔE2000) of what the setting leaves out")
+    is_measured: BoolProperty()
+
+
 class SpectralRender(bpy.types.PropertyGroup):
     """Settings of the render engine."""
 
+    goal: EnumProperty(
+        name="Until",
+        description="When sampling ends",
+        update=tag,
+        items=[
+            ("SAMPLES", "Samples", "A number of light paths for each pixel", 0),
+            ("ERROR", "Error", "A mean color error; noisy parts of the picture get more samples", 1),
+            ("TIME", "Time", "A time; noisy parts of the picture get more samples", 2),
+        ],
+    )
+    target_error: RENDER_FIELDS["target_error"].declared(tag)
+    time_budget: RENDER_FIELDS["time_budget"].declared(tag)
+    cost: CollectionProperty(type=SpectralCostPoint)
+    cost_summary: StringProperty(description="What the settings lead to, as it was last predicted")
     samples: RENDER_FIELDS["samples"].declared(tag)
     seed: RENDER_FIELDS["seed"].declared(tag)
     transport: RENDER_FIELDS["transport"].declared(tag)
@@ -71,7 +103,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     plan_accepted: FloatProperty(description="Color error (ΔE2000) that the plan gives away, at most")
 
 
-CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralRender)
+CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralCostPoint, SpectralRender)
 
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -11,6 +11,7 @@ from .recipe import SpectralRecipe
 from .render import SpectralRender
 from .sweep import SpectralSweep
 from .texture_design import SpectralTextureDesign
+from .viewport import SpectralViewport
 
 
 class SpectralScene(bpy.types.PropertyGroup):
@@ -21,6 +22,7 @@ class SpectralScene(bpy.types.PropertyGroup):
     dial: PointerProperty(type=SpectralLightDial)
     board: PointerProperty(type=SpectralMixingBoard)
     sweep: PointerProperty(type=SpectralSweep)
+    viewport: PointerProperty(type=SpectralViewport)
     texture: PointerProperty(type=SpectralTextureDesign)
     recipe: PointerProperty(type=SpectralRecipe)
 

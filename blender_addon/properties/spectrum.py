@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 
+from ..compat import path_options
 from .hooks import Topic, announces, offers
 
 SOURCES = [
@@ -47,7 +48,7 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
     )  # fmt: skip
     filepath: StringProperty(
         name="File", subtype="FILE_PATH", description="A .csv, .spdx or .spd file with measured values",
-        update=announces(Topic.SPECTRUM_CHOICE),
+        options=path_options(), update=announces(Topic.SPECTRUM_CHOICE),
     )  # fmt: skip
     file_entry: StringProperty(
         name="Entry", description="Which spectrum of the file, where it holds several",

@@ -4,6 +4,8 @@
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
+from ..compat import path_options
+
 
 class SpectralSweepParameter(bpy.types.PropertyGroup):
     """A swept setting; ``name`` is its full data path. A switch or a list has ``choices``, a number a range."""
@@ -49,8 +51,9 @@ class SpectralSweep(bpy.types.PropertyGroup):
     samples: IntProperty(name="Samples", default=32, min=1, max=65536, description="Light paths per pixel")
     workers: IntProperty(name="Workers", default=1, min=1, max=64, description="Renderers that run at the same time")
     folder: StringProperty(
-        name="Folder", subtype="DIR_PATH", default="//sweep.cdb", description="Where table and pictures are kept"
-    )
+        name="Folder", subtype="DIR_PATH", default="//sweep.cdb", options=path_options(),
+        description="Where table and pictures are kept",
+    )  # fmt: skip
     point: IntProperty(name="Row", default=1, min=1, description="Row of the table, counted from 1")
     status: StringProperty(options={"SKIP_SAVE"})
     done: IntProperty(options={"SKIP_SAVE"})

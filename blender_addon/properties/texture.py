@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..compat import path_options
 from . import hooks
 from .hooks import Topic
 
@@ -38,6 +39,7 @@ class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
         name="File",
         description="Spectral texture (.exr) that `spectral-scene texture` wrote",
         subtype="FILE_PATH",
+        options=path_options(),
         update=hooks.announces(Topic.SPECTRAL_TEXTURE),
     )
     interpolation: bpy.props.EnumProperty(name="Interpolation", items=INTERPOLATIONS)

@@ -13,6 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from ..compat import path_options
 from .fields import Field, by_name
 from .spectrum import SpectralSpectrum
 
@@ -121,14 +122,16 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     daylight_share: TEXTURE_FIELDS["daylight_share"].declared(_nothing)
     led_width_nm: TEXTURE_FIELDS["led_width_nm"].declared(_nothing)
     folder: StringProperty(
-        name="Folder", subtype="DIR_PATH", default="//spectral_texture",
+        name="Folder", subtype="DIR_PATH", default="//spectral_texture", options=path_options(),
         description="Where the texture, the lights and the pictures of what was lost are written",
     )  # fmt: skip
 
     status: StringProperty(description="How far the design is, or how it ended")
     failed: BoolProperty(description="Whether the last design failed")
     progress: FloatProperty(options={"SKIP_SAVE"})
-    texture_file: StringProperty(subtype="FILE_PATH", description="The texture that was designed last")
+    texture_file: StringProperty(
+        subtype="FILE_PATH", options=path_options(), description="The texture that was designed last"
+    )
     report: StringProperty(description="What was kept and lost, one line each")
     lost_1: PointerProperty(type=bpy.types.Image, description="Color error of picture 1; white is ΔE 10 or more")
     lost_2: PointerProperty(type=bpy.types.Image, description="Color error of picture 2; white is ΔE 10 or more")

@@ -18,6 +18,7 @@ from bpy.props import (
 )
 from bpy.types import Context, PropertyGroup
 
+from ..compat import path_options
 from .fields import Field, by_name
 from .spectrum import SpectralSpectrum
 
@@ -104,7 +105,10 @@ class SpectralVolume(bpy.types.PropertyGroup):
     grid: StringProperty(
         name="Grid", update=_changed, default="density", description="Which grid of the OpenVDB file is shown"
     )
-    source: StringProperty(name="Source", subtype="FILE_PATH", description="File that this volume was imported from")
+    source: StringProperty(
+        name="Source", subtype="FILE_PATH", options=path_options(),
+        description="File that this volume was imported from",
+    )  # fmt: skip
     facts: StringProperty(description="Size and type of the data, for the panel")
 
 

@@ -56,6 +56,13 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
     )
 
 
+def lens_of(camera: Any) -> tuple[float, float]:
+    """Radius of a camera's lens, 0 for a sharp picture, and the distance at which it is sharp."""
+    lens, matrix = camera.data, np.asarray(camera.matrix_world, dtype=np.float64)
+    radius = _lens_radius(lens) if lens.dof.use_dof else 0.0
+    return radius, max(_focus_distance(lens, matrix), 1e-6)
+
+
 def _aperture(translation: Translation, camera: Any, orthographic: bool) -> float:
     """Radius of the lens in scene units, as Cycles takes it: a lens in millimetres, an orthographic one of length 1."""
     dof = camera.data.dof
@@ -63,8 +70,12 @@ def _aperture(translation: Translation, camera: Any, orthographic: bool) -> floa
         return 0.0
     if dof.aperture_blades or dof.aperture_ratio != 1:
         translation.note(camera.name, "the shape of its aperture is shown as a circle")
-    length = 1.0 if orthographic else camera.data.lens * MILLIMETRE
-    return float(length / (2 * max(dof.aperture_fstop, 1e-5)))
+    return _lens_radius(camera.data)
+
+
+def _lens_radius(lens: Any) -> float:
+    length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
+    return float(length / (2 * max(lens.dof.aperture_fstop, 1e-5)))
 
 
 def _focus_distance(lens: Any, matrix: np.ndarray) -> float:

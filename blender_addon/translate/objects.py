@@ -15,12 +15,12 @@ from spectral_core.scene import Instance, Light, Material, Mesh, Rays, VolumeObj
 
 from .. import compat
 from .context import Translation, overridden
-from .kept import Kept
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
 from .shading.attributes import object_attributes
 from .shading.materials import Dressed, translate_material
+from .viewport.kept import Kept
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
 

@@ -14,11 +14,11 @@ from spectral_core.scene import Camera, Film, LightPaths, Material, Scene
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
 from .context import Translation, overridden
-from .kept import Kept
 from .ledger import note_changed
 from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
+from .viewport.kept import Kept
 from .visibility import cycles_settings
 
 USUAL_CLAMP = 10.0

@@ -31,8 +31,11 @@ def settings_of(scene: Any) -> RenderSettings:
     chosen = overrides_of(settings)
     chosen.pop("transport", None)
     cycles = getattr(scene, "cycles", None)
+    stated = _stated(settings, RenderSettings)
+    for name, goal in (("target_error", "ERROR"), ("time_budget_s", "TIME")):
+        stated[name] = stated.get(name) if settings.goal == goal else None
     return RenderSettings(
-        **_stated(settings, RenderSettings),
+        **stated,
         overrides=tuple(sorted(chosen.items())),
         light_paths=UNLIMITED_PATHS if cycles is None else _light_paths(cycles),
         scene_bounces=None if cycles is None else int(cycles.max_bounces),

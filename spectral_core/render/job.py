@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
+from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.units import in_working_units
 from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.chosen_pixels import ChosenPixels
@@ -43,7 +45,8 @@ class Measure:
     ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
     paths of the whole scene, so that they add up to it; a tuple of names renders those alone. ``sampling_lights``:
     lights whose wavelengths are drawn most often; None for the scene's own. Renders with equal seeds and equal
-    ``sampling_lights`` trace the same paths. ``movable``: objects can be moved in the loaded scene.
+    ``sampling_lights`` trace the same paths, however bright their lights are; so do groups. ``movable``: objects can be
+    moved in the loaded scene, and its lamps are Mitsuba's emitters.
     """
 
     bands: Bands | None = None
@@ -72,6 +75,7 @@ class TracedScene:
     mitsuba: Any
     scene: Any
     rules: RayRules
+    lights: Any
     first_hit: FirstHit
     unit: float
 
@@ -100,15 +104,17 @@ class RenderJob:
         self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
         try:
+            own_paths = not plan.is_on("media") and not self.scene.volumes
             self._loaded = load_scene(
                 self.scene,
                 self._mitsuba,
                 spectral=plan.is_spectral,
                 groups=bool(measure.groups),
                 movable=measure.movable,
+                own_lights=own_paths and not measure.movable,
+                even=bool(measure.groups) or measure.sampling_lights is not None,
             )
             self._integrators = self._load_integrators(groups=bool(measure.groups))
-            own_paths = not plan.is_on("media") and not self.scene.volumes
             self._first_hit = FirstHit(
                 self._mitsuba,
                 self._loaded.scene,
@@ -168,8 +174,14 @@ class RenderJob:
             description = {"type": "volpath", "max_depth": depth, "rr_depth": min(ROULETTE_BOUNCES, depth)}
             return self._mitsuba.load_dict(description)
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
-        settings = PathSettings(plan.bounces, plan.is_on("transparency"), limits, white)
-        return scene_path(self._mitsuba, settings, self._loaded.rules)
+        # bodies of our own lamps stand in no shadow ray's way
+        clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
+        settings = PathSettings(plan.bounces, clear, limits, white)
+        return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights())
+
+    def _lights(self) -> Any:
+        """Our own tables of lights, or Mitsuba's emitters."""
+        return self._loaded.lights or MitsubaLights(self._mitsuba, self._loaded.scene)
 
     def chosen_pixels(self) -> ChosenPixels:
         """What traces pixels of one's own choice, with all lights."""
@@ -179,7 +191,9 @@ class RenderJob:
 
     def traced_scene(self) -> TracedScene:
         """What is loaded, for the plan's pilot."""
-        return TracedScene(self._mitsuba, self._loaded.scene, self._loaded.rules, self._first_hit, self._unit)
+        return TracedScene(
+            self._mitsuba, self._loaded.scene, self._loaded.rules, self._lights(), self._first_hit, self._unit
+        )
 
     @property
     def notes(self) -> tuple[Note, ...]:

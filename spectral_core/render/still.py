@@ -11,6 +11,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.cost.adaptive import Outcome
+from spectral_core.render.cost.asked import is_asked, render_asked, tightened
+from spectral_core.render.cost.model import Prediction
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.trace.wavelengths import Bands
@@ -42,6 +46,7 @@ class RenderResult:
     holds what was traced until then). ``notes``: what is rendered as something near to it. ``bands``: the spectral
     channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
     ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
+    ``prediction`` and ``outcome``: error and time as they were expected and as they came, where one was asked for.
     """
 
     pixels: Pixels
@@ -55,16 +60,26 @@ class RenderResult:
     band_pixels: Pixels | None = None
     group_pixels: dict[str, Pixels] = field(default_factory=dict)
     group_band_pixels: dict[str, Pixels] = field(default_factory=dict)
+    prediction: Prediction | None = None
+    outcome: Outcome | None = None
 
     @property
     def header(self) -> dict[str, str]:
-        """What a file with this picture says about it: the plan, samples, time."""
-        return {
+        """What a file with this picture says about it: the plan, samples, time, what was predicted and reached."""
+        entries = {
             **self.plan.header(),
             "spectral.samples": str(self.samples),
             "spectral.seconds": f"{self.seconds:.3f}",
             "spectral.variant": self.variant,
         }
+        if self.prediction is not None and self.outcome is not None:
+            said, found = self.prediction, self.outcome
+            entries["spectral.predicted"] = (
+                f"dE2000 {said.delta_e:.3g}; {said.seconds:.3g} s; {said.samples:.4g} samples"
+            )
+            reached = f"dE2000 {found.delta_e:.3g} +- {found.spread:.2g}"
+            entries["spectral.outcome"] = f"{reached}; {found.seconds:.3g} s; {found.samples:.4g} samples"
+        return entries
 
 
 def render_scene(
@@ -87,8 +102,13 @@ def render_scene(
         scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
     # a recording serves lights of any color and strength, whatever a pilot under those of today says
     is_recording = groups or bands is not None or sampling_lights is not None
-    plan = plan_effects(scene, pilot=not is_recording and pilot_pays(scene))
+    asked = is_asked(scene.settings)
+    if asked and (groups or sampling_lights is not None):
+        raise InvalidInputError("a recording traces equal samples everywhere; give it samples, no error or time")
+    plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
     job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
+    if asked:
+        return _asked(job, scene, start, on_progress, should_stop, bands)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
     left = pass_sizes(scene.film.samples)
@@ -115,6 +135,37 @@ def render_scene(
         band_pixels=job.band_picture() if bands is not None else None,
         group_pixels=job.group_pictures() if groups else {},
         group_band_pixels=job.group_band_pictures() if groups and bands is not None else {},
+    )
+
+
+def _asked(
+    job: RenderJob,
+    scene: Scene,
+    start: float,
+    on_progress: Callable[[Progress], None] | None,
+    should_stop: Callable[[], bool] | None,
+    bands: Bands | None,
+) -> RenderResult:
+    """Render for an asked error or time."""
+
+    def on_round(pixels: Pixels, samples: float, expected: float) -> None:
+        if on_progress is not None:
+            total = max(round(expected), round(samples))
+            on_progress(Progress(pixels, round(samples), total, time.perf_counter() - start))
+
+    made = render_asked(job, start, on_round, should_stop)
+    return RenderResult(
+        pixels=made.pixels,
+        plan=job.plan,
+        notes=scene.notes + job.notes + made.notes,
+        samples=round(made.outcome.samples),
+        seconds=time.perf_counter() - start,
+        status=made.status,
+        variant=job.variant,
+        bands=bands,
+        band_pixels=made.band_pixels,
+        prediction=made.prediction,
+        outcome=made.outcome,
     )
 
 

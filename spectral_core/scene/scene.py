@@ -34,6 +34,8 @@ class RenderSettings:
     ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
     plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.
     ``light_paths``: limits of the scene's own; ``scene_bounces``: its limit on all bounces, None for none.
+    ``target_error`` (mean ΔE2000 of the picture's noise) or ``time_budget_s``: what is sampled for
+    instead of a number of samples.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -44,6 +46,8 @@ class RenderSettings:
     white: Spectrum | None = None
     light_paths: LightPaths = UNLIMITED_PATHS
     scene_bounces: int | None = None
+    target_error: float | None = None
+    time_budget_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

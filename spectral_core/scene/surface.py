@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
 from spectral_core.checks import require_range
-from spectral_core.scene.paint import Color, MixedPaint, Paint, Scalar, gray
-from spectral_core.scene.shading.program import Computed, Program
+from spectral_core.scene.paint import Color, Paint, Scalar, gray
+from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
 
 LARGEST = 1e38
@@ -121,6 +120,17 @@ class Emission(_Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Subsurface(_Numbers):
+    """Light walks below the surface: mean free paths go with ``radius`` (of red, green, blue) times ``scale``."""
+
+    color: Paint = field(default_factory=lambda: gray(0.8))
+    radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
+    scale: Scalar = 0.05
+    scattering_anisotropy: float = 0.0
+    normal: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Principled(_Numbers):
     """Blender's Principled BSDF, the part of it that is understood; the names are those of its sockets."""
 
@@ -142,6 +152,10 @@ class Principled(_Numbers):
     diffuse_roughness: Scalar = 0.0
     multiple_scattering: bool = True
     sheen_weight: Scalar = 0.0
+    subsurface_weight: Scalar = 0.0
+    subsurface_radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
+    subsurface_scale: Scalar = 0.05
+    subsurface_anisotropy: float = 0.0
     normal: Computed | None = None
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
@@ -164,94 +178,8 @@ class AddSurface:
     second: Surface
 
 
-Closure = Diffuse | Glossy | Glass | Translucent | Toon | Metal | Transparent | Emission | Principled
+Closure = Diffuse | Glossy | Glass | Translucent | Toon | Metal | Transparent | Emission | Principled | Subsurface
 Surface = Closure | MixSurface | AddSurface
-
-
-@dataclass(frozen=True, slots=True)
-class Weight:
-    """A product of factors and of complements of factors: ``Π value`` or ``Π (1 - value)``."""
-
-    factors: tuple[tuple[Scalar, bool], ...] = ()
-
-    def times(self, value: Scalar, *, complement: bool = False) -> Weight:
-        """This weight times ``value`` or ``1 - value``."""
-        return Weight((*self.factors, (value, complement)))
-
-    @property
-    def constant(self) -> float:
-        """Product of the factors that are plain numbers, each held within [0, 1]."""
-        product = 1.0
-        for value, complement in self.factors:
-            if isinstance(value, (int, float)):
-                held = min(max(float(value), 0.0), 1.0)
-                product *= 1 - held if complement else held
-        return product
-
-    @property
-    def varying(self) -> tuple[tuple[Scalar, bool], ...]:
-        """The factors that are not plain numbers."""
-        return tuple(item for item in self.factors if not isinstance(item[0], (int, float)))
-
-
-def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Closure]]:
-    """The closures that a surface is mixed and added from, with their weights; those of weight 0 are left out."""
-    stack: list[tuple[Weight, Surface | None]] = [(weight, surface)]
-    while stack:  # no recursion: a tree may be thousands of mixes deep
-        amount, item = stack.pop()
-        if item is None or amount.constant == 0:
-            continue
-        if isinstance(item, MixSurface):
-            stack.append((amount.times(item.factor), item.second))
-            stack.append((amount.times(item.factor, complement=True), item.first))
-        elif isinstance(item, AddSurface):
-            stack += [(amount, item.second), (amount, item.first)]
-        else:
-            yield amount, item
-
-
-def leaves(surface: Surface | None) -> Iterator[Closure]:
-    """Every closure that a surface is mixed and added from, whatever its weight."""
-    stack = [surface]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, (MixSurface, AddSurface)):
-            stack += [item.second, item.first]
-        elif item is not None:
-            yield item
-
-
-def map_leaves(surface: Surface, change: Callable[[Closure], Surface]) -> Surface:
-    """The surface with every closure changed; the same object where nothing changes."""
-    if isinstance(surface, (MixSurface, AddSurface)):
-        first, second = map_leaves(surface.first, change), map_leaves(surface.second, change)
-        same = first is surface.first and second is surface.second
-        return surface if same else replace(surface, first=first, second=second)
-    return change(surface)
-
-
-def values_of(surface: Surface | None) -> Iterator[Any]:
-    """Every color, number and normal in a surface, factors of mixes included."""
-    stack: list[Surface | None] = [surface]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, (MixSurface, AddSurface)):
-            stack += [item.second, item.first]
-            if isinstance(item, MixSurface):
-                yield item.factor
-        elif item is not None:
-            yield from (getattr(item, name) for name in type(item).__slots__)
-
-
-def programs_of(surface: Surface | None) -> Iterator[Program]:
-    """Every program in a surface."""
-    stack = list(values_of(surface))
-    while stack:
-        value = stack.pop()
-        if isinstance(value, Computed):
-            yield value.program
-        elif isinstance(value, MixedPaint):
-            stack += [value.factor, value.first, value.second]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -46,6 +46,12 @@ def test_its_file_reaches_the_renderer(texture, node, translate):
     assert not [note for note in scene.notes if "Spectral Texture" in note.message]
 
 
+def test_its_pixels_lie_where_the_uv_map_says(node, texture, translate):
+    node.filepath = str(texture[1])
+    (mesh,) = translate().meshes
+    np.testing.assert_allclose(mesh.uvs, mesh.positions[:, :2] / mesh.positions[:, :2].max() / 2 + 0.5, atol=1e-6)
+
+
 def test_blender_shows_its_picture_and_copies_have_their_own(texture, node):
     path = texture[1]
     node.filepath = str(path)

@@ -41,7 +41,10 @@ OTHER_PALETTE = {
     "observers": {"cie_1931_2deg", "cie_2015_2deg"}, "robustness": "worst_case", "robust_weight": 2.5,
     "allow_negative": True, "grid_start": 390.0, "grid_stop": 720.0, "grid_samples": 43,
 }  # fmt: skip
-OTHER_RENDER = {"samples": 7, "seed": 3, "transport": "SPECTRAL", "tolerance": 2.5}
+OTHER_RENDER = {
+    "samples": 7, "seed": 3, "transport": "SPECTRAL", "tolerance": 2.5, "target_error": 0.5, "time_budget": 7.0,
+}  # fmt: skip
+GOALS = {"target_error": "ERROR", "time_budget": "TIME"}
 OTHER_VOLUME = {"rule": "uniform", "quality_db": 33.0, "lighting": "shadows"}
 TABLE = {"lights", "reflectances", "cells"}
 NOT_IN_THE_TABLE = {"subspace": "refused by name when a palette is loaded"}
@@ -213,6 +216,7 @@ def test_a_palette_setting_left_out_of_live_editing_is_noticed(palette, monkeypa
 
 
 def kept_in_a_render(scene, name) -> bool:
+    scene.spectral.render.goal = GOALS.get(name, "SAMPLES")
     before = {**vars(render_settings.sampling_of(scene)), "settings": render_settings.settings_of(scene)}
     setattr(scene.spectral.render, name, OTHER_RENDER[name])
     after = {**vars(render_settings.sampling_of(scene)), "settings": render_settings.settings_of(scene)}
@@ -265,3 +269,24 @@ def test_copying_a_target_copies_all_that_a_cell_asks(palette):
     results = {"actual_linear", "wanted_linear", "actual_display", "wanted_display", "has_result", "delta_e", "actual",
                "wanted", "name", "rna_type", "others"}  # fmt: skip
     assert set(ASKED) == {prop.identifier for prop in cell.bl_rna.properties} - results
+
+
+def test_a_path_beside_the_file_is_no_mistake(registered):
+    """From 5.0 on a property says whether its path may start with //; without, a good path stands in red."""
+    import inspect
+
+    import blender_addon.properties as declared
+    from blender_addon import preferences
+
+    found = 0
+    if "is_path_supports_blend_relative" not in registered.types.StringProperty.bl_rna.properties:
+        pytest.skip("before 5.0 every path may")
+    modules = [value for value in vars(declared).values() if inspect.ismodule(value)] + [preferences]
+    for kind in {one for module in modules for _, one in inspect.getmembers(module, inspect.isclass)}:
+        if not hasattr(kind, "bl_rna") or not kind.__module__.startswith("blender_addon"):
+            continue
+        for field in kind.bl_rna.properties:
+            if field.type == "STRING" and field.subtype in {"FILE_PATH", "DIR_PATH"}:
+                assert field.is_path_supports_blend_relative, f"{kind.__name__}.{field.identifier}"
+                found += 1
+    assert found >= 7

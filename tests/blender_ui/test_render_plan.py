@@ -76,3 +76,23 @@ def test_settings_reach_the_translated_scene(blender, settings):
     assert (scene.film.samples, scene.film.seed) == (17, 5)
     assert scene.settings.transport == "rgb"
     assert scene.settings.tolerance_delta_e == 2.5
+
+
+def test_the_cost_of_accuracy_is_shown(blender, settings):
+    blender.context.scene.render.resolution_x = blender.context.scene.render.resolution_y = 24
+    settings.samples = 8
+    blender.ops.spectral.cost()
+    assert {point.axis for point in settings.cost} >= {"samples", "bounces"}
+    assert "As it is set" in settings.cost_summary and settings.cost[0].seconds > 0
+
+
+def test_an_asked_error_or_time_reaches_the_translated_scene(blender, settings):
+    from blender_addon.translate.scene import translate_scene
+
+    asked = lambda: translate_scene(blender.context.evaluated_depsgraph_get()).settings  # noqa: E731
+    settings.target_error, settings.time_budget = 0.5, 7.0
+    assert asked().target_error is None and asked().time_budget_s is None
+    settings.goal = "ERROR"
+    assert asked().target_error == 0.5 and asked().time_budget_s is None
+    settings.goal = "TIME"
+    assert asked().target_error is None and asked().time_budget_s == 7.0

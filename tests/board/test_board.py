@@ -184,3 +184,10 @@ def test_events_become_paths_and_odd_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "x.json").write_text("{}")
     with pytest.raises(FileFormatError, match="has no 'format'"):
         Recording.load(tmp_path / "x.json")
+
+
+def test_a_fader_at_its_top_gives_the_upper_end_to_the_last_bit():
+    """-3 + (-0.9 + 3) is not -0.9 in floating point."""
+    binding = Binding(Control("cc", 0, "1"), "a", -3.0, -0.9)
+    assert binding.value(1.0) == -0.9
+    assert binding.value(0.0) == -3.0

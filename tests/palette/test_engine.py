@@ -273,3 +273,8 @@ def test_what_was_once_called_right_and_was_not(seed):
         gains = side_gains(solution)
         assert gains.pop("exact") < 1e-6
         assert max(gains.values(), default=0.0) < 1e-6
+
+
+def test_a_step_that_color_boxes_cut_off_is_no_crash():
+    """A hard case whose Newton step in the free colors was rounding: its slope was divided by zero."""
+    assert solve_palette(hard_problem(188)[0], explain=False).status.value != "inaccurate"

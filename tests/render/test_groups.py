@@ -67,9 +67,9 @@ def _many_lights(**changes):
 
 @pytest.mark.parametrize("spectral", [False, True])
 def test_groups_add_up_to_the_ordinary_render(spectral):
-    """Same seed, same paths: the sum differs from the ordinary render by float rounding only."""
+    """Same seed, same sampling lights, same paths: the sum differs from the whole by float rounding only."""
     scene = _many_lights()
-    lights = [catalogue.illuminant("HP1")] if spectral else None
+    lights = [catalogue.illuminant("HP1")]
     bands = Bands.uniform(400, 700, 5) if spectral else None
     grouped = render_scene(scene, groups=True, bands=bands, sampling_lights=lights)
     plain = render_scene(scene, bands=bands, sampling_lights=lights)

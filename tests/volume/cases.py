@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks._volume_oracle import march_oracle
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage
-from spectral_core.volume.march.oracle import march_oracle
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View

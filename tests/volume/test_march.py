@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks._volume_oracle import gaussian_transmittance, march_oracle, ramp_transmittance, slab
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.oracle import gaussian_transmittance, march_oracle, ramp_transmittance, slab
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View

@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.scene import Color, Diffuse, Material, Surface, gray, programs_of
+from spectral_core.scene import Color, Diffuse, Material, Surface, gray, mesh_inputs_of
 
 from ... import compat
 from .. import spectra
@@ -71,5 +71,4 @@ def _translate(translation: Translation, material: Any) -> Dressed:
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
         surface = with_spectrum(surface, spectrum)
-    reads = {name for program in programs_of(surface) for name in program.inputs}
-    return Dressed(Material(name, surface, medium), frozenset(reads))
+    return Dressed(Material(name, surface, medium), mesh_inputs_of(surface))

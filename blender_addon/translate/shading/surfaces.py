@@ -21,6 +21,7 @@ from spectral_core.scene import (
     Paint,
     Principled,
     Scalar,
+    Subsurface,
     Surface,
     Toon,
     Translucent,
@@ -30,8 +31,9 @@ from spectral_core.scene import (
 
 from .. import spectra
 from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
+from .conductor import conductor_colors
 from .coordinate_nodes import round_tangent
-from .fields import scalar_of
+from .fields import mean_color, scalar_of
 from .reader import Reader
 from .tree import Input, Output, linked
 
@@ -115,7 +117,7 @@ def _metallic(reader: Reader, output: Output) -> Surface:
     color, edge = _color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
     if getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
-        color, edge = _conductor_colors(index, extinction)
+        color, edge = conductor_colors(index, extinction)
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Metal(
         color,
@@ -127,22 +129,6 @@ def _metallic(reader: Reader, output: Output) -> Surface:
         getattr(node, "distribution", "") == "MULTI_GGX",
         _vector(reader, output, "Normal"),
     )
-
-
-def _conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint]:
-    """Colors facing and toward 82 degrees that stand for an index and extinction per channel."""
-    from spectral_core.scene import Color
-
-    def reflectance(cosine: float) -> np.ndarray:
-        n2, k2, c2 = index**2, extinction**2, cosine**2
-        total = n2 + k2
-        across = (total - 2 * index * cosine + c2) / (total + 2 * index * cosine + c2)
-        along = (total * c2 - 2 * index * cosine + 1) / (total * c2 + 2 * index * cosine + 1)
-        return np.asarray((across + along) / 2)
-
-    facing, edge = reflectance(1.0), reflectance(1 / 7)
-    schlick = facing + (1 - facing) * (1 - 1 / 7) ** 5
-    return Color(facing), Color(np.clip(edge / np.maximum(schlick, 1e-6), 0, 1))
 
 
 def _glass(reader: Reader, output: Output) -> Surface:
@@ -208,8 +194,31 @@ def _holdout(reader: Reader, output: Output) -> Surface:
     return BLACK
 
 
+def _subsurface(reader: Reader, output: Output) -> Surface:
+    _note_model(reader, output, getattr(output.node, "falloff", "RANDOM_WALK"))
+    return Subsurface(
+        _color(reader, output, 0.8),
+        _radius(reader, output, "Radius"),
+        reader.scalar(output.input("Scale"), 0.05),
+        reader.number(output.input("Anisotropy"), 0.0),
+        _vector(reader, output, "Normal"),
+    )
+
+
+def _note_model(reader: Reader, output: Output, model: str) -> None:
+    if model != "RANDOM_WALK":
+        reader.note(f"{output.label!r}: light below the surface goes by Random Walk instead of {model.capitalize()}")
+
+
+def _radius(reader: Reader, output: Output, name: str) -> tuple[float, float, float]:
+    """Radii of red, green and blue, one for the whole surface."""
+    if (value := reader.read(output, name, np.array((1.0, 0.2, 0.1)))).constant is None:
+        reader.note(f"{output.label!r}: a radius that varies is shown with its mean")
+    red, green, blue = (float(part) for part in np.broadcast_to(mean_color(value), (3,)))
+    return max(red, 0.0), max(green, 0.0), max(blue, 0.0)
+
+
 PRINCIPLED_UNUSED = {
-    "Subsurface Weight": "light that travels below the surface is shown as diffuse",
     "Thin Film Thickness": "its thin film is left out",
 }
 
@@ -226,6 +235,9 @@ def _principled(reader: Reader, output: Output) -> Surface:
     if coat_weight != 0 and (linked(coat_normal) is not None or normal is not None):
         reader.note(f"{output.label!r}: its coat follows the normal of what lies below it")
     anisotropic = scalar("Anisotropic", 0.0)
+    below = reader.factor(output.input("Subsurface Weight"), 0.0)
+    if below != 0:
+        _note_model(reader, output, getattr(output.node, "subsurface_method", "RANDOM_WALK"))
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
     if lit and coat_weight != 0:
@@ -252,6 +264,10 @@ def _principled(reader: Reader, output: Output) -> Surface:
         diffuse_roughness=scalar("Diffuse Roughness", 0.0),
         multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
         sheen_weight=reader.factor(output.input("Sheen Weight"), 0.0),
+        subsurface_weight=below,
+        subsurface_radius=_radius(reader, output, "Subsurface Radius") if below != 0 else (1.0, 0.2, 0.1),
+        subsurface_scale=scalar("Subsurface Scale", 0.05),
+        subsurface_anisotropy=reader.number(output.input("Subsurface Anisotropy"), 0.0),
         emission_color=reader.paint(output.input("Emission Color"), gray(1.0)) if lit else gray(1.0),
         emission_strength=strength,
         normal=normal,
@@ -268,7 +284,7 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "BSDF_REFRACTION": _glass,
     "BSDF_TRANSPARENT": _transparent,
     "BSDF_TRANSLUCENT": _translucent,
-    "SUBSURFACE_SCATTERING": _diffuse_like("light below the surface is not simulated"),
+    "SUBSURFACE_SCATTERING": _subsurface,
     "BSDF_SHEEN": _diffuse_like("sheen is not simulated"),
     "BSDF_VELVET": _diffuse_like("velvet is not simulated"),
     "BSDF_TOON": _toon,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -94,7 +95,11 @@ def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
     """Print Sobol indices of a column by parameter."""
     points, values = _known(store, name)
     found = sobol_indices(points, values, store.project.space.names)
-    print(f"{name}: {len(values)} rows, {100 * found[0].explained:.0f} % of the variance predicted on rows left out")
+    if math.isnan(found[0].explained):
+        checked = "too few, or too like, to check the indices against rows left out: they say little"
+    else:
+        checked = f"{100 * found[0].explained:.0f} % of the variance predicted on rows left out"
+    print(f"{name}: {len(values)} rows, {checked}")
     for one in found:
         print(f"  {one.name:24} first {one.first:6.3f} [{one.first_interval[0]:6.3f}, {one.first_interval[1]:6.3f}]   "
               f"total {one.total:6.3f} [{one.total_interval[0]:6.3f}, {one.total_interval[1]:6.3f}]")  # fmt: skip
@@ -114,6 +119,9 @@ def region_of_label(store: Store, column: str, value: str) -> dict[str, Any]:
     if column not in table:
         raise UnknownNameError.among("column", column, table)
     rows = [number for number, text in enumerate(table[column]) if str(text) == value]
+    if not rows:
+        held = list(dict.fromkeys(str(text) for text in table[column] if text is not None))
+        raise InvalidInputError(f"no row has {column} = {value!r}; it holds {', '.join(held[:8]) or 'nothing'}")
     points = [{name: table[name][row] for name in store.project.space.names} for row in rows]
     return bounding_region(store.project.space, points, value).to_dict()
 

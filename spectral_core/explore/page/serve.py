@@ -225,7 +225,10 @@ class _Handler(BaseHTTPRequestHandler):
         if not isinstance(content, dict):
             return self._refuse(400, "the request is no JSON object")
         if self.path == "/page":
-            page = page_html(table_of_store(self.server.live.store), live=True)
+            try:
+                page = page_html(table_of_store(self.server.live.store), live=True)
+            except SpectralError as error:  # such as a sweep without a finished row
+                return self._refuse(400, str(error))
             return self._send(200, "text/html; charset=utf-8", page.encode())
         action = (
             self.server.live.actions.get(self.path.removeprefix("/api/")) if self.path.startswith("/api/") else None

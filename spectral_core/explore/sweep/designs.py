@@ -26,6 +26,8 @@ MAX_LATTICE_DIMENSIONS = 10
 MAX_BUDGET = 1_000_000
 MAX_REFINEMENTS = 40
 """Levels or doublings tried for enough different points; constraints so narrow are said to be."""
+MOST_TRIED = 50_000
+"""Candidates looked at, beyond 200 per point, before a region is said to hold too few points."""
 Point = dict[str, Value]
 
 
@@ -52,6 +54,8 @@ class Design:
             )
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or not 0 <= self.seed < 2**32:
             raise InvalidInputError(f"the seed is {self.seed!r}; expected a whole number from 0 to 2^32 - 1")
+        if isinstance(self.rate, bool) or not isinstance(self.rate, int) or self.rate < 2:
+            raise InvalidInputError(f"the lattice's rate is {self.rate!r}; expected a whole number from 2")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain entries for the project file."""
@@ -70,7 +74,10 @@ class Design:
             raise InvalidInputError(
                 f"the design has the entry {strange[0]!r}; expected kind, budget, seed, rate, points"
             )
-        points = tuple(dict(point) for point in plain.get("points", ()))
+        listed = plain.get("points", ())
+        if not isinstance(listed, list | tuple) or not all(isinstance(point, Mapping) for point in listed):
+            raise InvalidInputError("the points of a design must be a list of tables: points = [{a = 1.0, b = 2.0}, …]")
+        points = tuple(dict(point) for point in listed)
         frame = None if plain.get("frame") is None else Frame.from_dict(plain["frame"])
         return cls(
             plain.get("kind", "list" if points else "lattice"),
@@ -142,10 +149,13 @@ def design_points(
                 if region.contains(space, point):
                     chosen.setdefault(_address(space, point), point)
     batches = _batches(space, region, design)
+    tried = 0
     for _ in range(MAX_REFINEMENTS):
-        if len(chosen) >= budget:
+        if len(chosen) >= budget or tried > MOST_TRIED + 200 * budget:
             break
-        for unit_point in next(batches):
+        batch = next(batches)
+        tried += len(batch)
+        for unit_point in batch[: MOST_TRIED + 200 * budget]:
             point = space.values(unit_point)
             if region.contains(space, point):
                 chosen.setdefault(_address(space, point), point)

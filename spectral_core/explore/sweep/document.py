@@ -9,7 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, UnknownNameError
+from spectral_core.errors import (
+    FileFormatError,
+    InvalidInputError,
+    MissingDependencyError,
+    SpectralError,
+    UnknownNameError,
+)
 from spectral_core.explore.features.expression import parse
 from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value
@@ -20,6 +26,8 @@ FORMAT, VERSION = "spectral-scene sweep", 1
 MAX_BYTES = 50_000_000
 NodeFactory = Callable[[dict[str, Any], Space, Path], Any]
 _EXTRA: dict[str, NodeFactory] = {}
+PICTURED = ("scene", "blend", "volume")
+"""Kinds of compute nodes that render a picture and measure its features."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +118,29 @@ def compute_node(compute: Mapping[str, Any], space: Space, folder: Path) -> Any:
     """The compute node of a document's ``[compute]`` table."""
     table = dict(compute)
     kind = table.pop("kind", None)
+    if kind in PICTURED:
+        _check_names(space)
+    try:
+        return _made(kind, table, space, folder)
+    except SpectralError:
+        raise
+    except (TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
+        raise InvalidInputError(f"[compute] kind = {kind!r} cannot be read: {error}; see docs/explore.md") from error
+
+
+def _check_names(space: Space) -> None:
+    """Refuse parameters whose columns the features of the pictures would take."""
+    import numpy as np
+
+    from spectral_core.explore.features.images import image_features
+
+    taken = image_features(np.zeros((4, 4, 3), np.float32))
+    for name in space.names:
+        if name in taken:
+            raise InvalidInputError(f"a parameter is named {name!r}, as a feature of every picture is; rename it")
+
+
+def _made(kind: Any, table: dict[str, Any], space: Space, folder: Path) -> Any:
     if kind in _EXTRA:
         return _EXTRA[kind](table, space, folder)
     if kind == "blend":

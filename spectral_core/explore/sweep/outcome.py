@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.files import json_text
-from spectral_core.explore.sweep.parameters import RESERVED_COLUMNS, Value, is_column_name
+from spectral_core.explore.sweep.parameters import RESERVED_COLUMNS, Value, is_column_name, is_finite
 
 Picture = NDArray[np.float32]
 
@@ -42,6 +42,17 @@ class Outcome:
                 )
             if not isinstance(value, float | int | str | np.generic):
                 raise InvalidInputError(f"the value {name!r} is a {type(value).__name__}; expected a number or a text")
+            if isinstance(value, int) and not is_finite(value):
+                raise InvalidInputError(f"the value {name!r} is a whole number beyond 1e308, which no table holds")
+
+    def beside(self, parameters: Mapping[str, Value]) -> Outcome:
+        """This outcome, where none of its values takes the column of a parameter that it differs from."""
+        for name in parameters:
+            if name in self.values and self.values[name] != parameters[name]:
+                raise InvalidInputError(
+                    f"the outcome has a value {name!r}, which is a parameter's column; rename one of the two"
+                )
+        return self
 
 
 @runtime_checkable
@@ -105,7 +116,7 @@ def as_outcome(result: Any, name: str) -> Outcome:
     for key, value in result.items():
         array = np.asarray(value) if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str) else None
         if array is None or array.ndim == 0:
-            values[str(key)] = value
+            values[str(key)] = value if array is None else array.item()
         elif array.ndim in (2, 3):
             pictures[str(key)] = np.asarray(array, np.float32)
         elif array.ndim == 1 and array.size <= 256 and array.dtype.kind in "fiub":

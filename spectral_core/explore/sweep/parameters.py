@@ -33,6 +33,14 @@ def is_column_name(name: Any) -> bool:
     )
 
 
+def is_finite(number: float) -> bool:
+    """Whether this is a number and finite as a float; a whole number of 400 digits is not."""
+    try:
+        return math.isfinite(number)
+    except (OverflowError, TypeError):
+        return False
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One swept quantity.
@@ -70,7 +78,7 @@ class Parameter:
         if self.choices:
             raise InvalidInputError(f"parameter {self.name!r} has choices; say kind = 'choice' or leave them out")
         low, high = self.low, self.high
-        if not (math.isfinite(low) and math.isfinite(high) and low < high and math.isfinite(high - low)):
+        if not (is_finite(low) and is_finite(high) and low < high and is_finite(high - low)):
             raise InvalidInputError(
                 f"parameter {self.name!r} runs from {low} to {high}; expected finite numbers, low < high. "
                 "Leave out a parameter that should not vary"
@@ -83,15 +91,15 @@ class Parameter:
             )
 
     def _check_choices(self) -> None:
+        for choice in self.choices:
+            if isinstance(choice, bool) or not isinstance(choice, float | int | str):
+                raise InvalidInputError(f"parameter {self.name!r} has the choice {choice!r}; expected numbers or texts")
+            if not isinstance(choice, str) and not is_finite(choice):
+                raise InvalidInputError(f"parameter {self.name!r} has the choice {choice}; expected finite numbers")
         if len(self.choices) < 2 or len(set(self.choices)) < len(self.choices):
             raise InvalidInputError(
                 f"parameter {self.name!r} has choices {list(self.choices)}; expected at least two, each once"
             )
-        for choice in self.choices:
-            if isinstance(choice, bool) or not isinstance(choice, float | int | str):
-                raise InvalidInputError(f"parameter {self.name!r} has the choice {choice!r}; expected numbers or texts")
-            if isinstance(choice, float) and not math.isfinite(choice):
-                raise InvalidInputError(f"parameter {self.name!r} has the choice {choice}; expected finite numbers")
         if self.scale == "log":
             raise InvalidInputError(f"parameter {self.name!r} chooses among values, which have no log scale")
 
@@ -139,7 +147,7 @@ class Parameter:
         return not isinstance(value, str) and self.low <= value <= self.high
 
     def _number(self, value: Value) -> float:
-        if isinstance(value, bool | str) or not math.isfinite(value):
+        if isinstance(value, bool | str) or not is_finite(value):
             raise InvalidInputError(f"{self.name} is {value!r}; expected a finite number")
         if self.scale == "log" and value <= 0:
             raise InvalidInputError(f"{self.name} is {value} on a log scale; expected a number above 0")

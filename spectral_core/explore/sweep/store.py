@@ -22,7 +22,7 @@ from spectral_core.explore.sweep.designs import Design, Point
 from spectral_core.explore.sweep.files import file_lock, read_json, write_whole
 from spectral_core.explore.sweep.ledger import Ledger, Row
 from spectral_core.explore.sweep.outcome import point_key
-from spectral_core.explore.sweep.parameters import Parameter, Space, is_column_name
+from spectral_core.explore.sweep.parameters import Parameter, Space, is_column_name, is_finite
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.task import Receipt, StoreAddress, commit_files
 
@@ -222,12 +222,14 @@ class Store:
         if unknown:
             raise InvalidInputError(f"the sweep has no row {unknown[0][:64]!r}")
         taken = {*self.project.space.names, *self.project.expressions, TIMING_COLUMN, "key"}
-        taken |= {column for row in self.ledger.rows("done")[:1] for column in row.outcome}
+        taken |= {column for row in self.ledger.rows("done") for column in row.outcome}
         if name in taken:
             raise InvalidInputError(f"{name!r} is not a manual column; take another name")
         for value in values.values():
             if value is not None and (isinstance(value, bool) or not isinstance(value, float | int | str)):
                 raise InvalidInputError(f"a manual value is {value!r}; expected a number or a text")
+            if isinstance(value, int) and not is_finite(value):
+                raise InvalidInputError("a manual value is a whole number beyond 1e308; expected a smaller number")
             if isinstance(value, str) and len(value) > 1000:
                 raise InvalidInputError("a label is at most 1000 characters long")
         self.ledger.set_manual(name, values)

@@ -60,14 +60,14 @@ class Sweep:
                         for space in (document.space, project.space))  # fmt: skip
         if mine != theirs or document.seed != project.seed or self.node.fingerprint != project.fingerprint:
             what = (
-                "its parameters"
+                "its parameters differ"
                 if mine != theirs
-                else "its seed"
+                else "its seed differs"
                 if document.seed != project.seed
-                else "what it computes"
+                else "what it computes differs, or a file that computes it has changed since"
             )
             raise InvalidInputError(
-                f"{self.store.folder} holds another sweep: {what} differ. Its rows do not fit; name another folder"
+                f"{self.store.folder} holds another sweep: {what}. Its rows do not fit; name another folder"
             )
         ranges = {
             p.name: (float(p.low), float(p.high))

@@ -79,7 +79,8 @@ def _reduced(active: ActiveSet) -> bool:
         reach = 1.0
         for _ in range(HALVINGS if number else 0):
             rise = float(slope @ step)
-            if rise <= OVERSHOT * -fall:
+            # A step cut off by color boxes, or one of rounding alone, need not go down.
+            if fall >= 0 or rise <= OVERSHOT * -fall:
                 break
             reach *= fall / (fall - rise)
             colors = before + reach * step

@@ -5,15 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.emission import Emission
+from spectral_core.render.lights.listing import LightList
+from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import geometry, light
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.medium import medium_around
-from spectral_core.render.mitsuba_scene.paint import unit_luminance
+from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -57,6 +62,8 @@ class LoadedScene:
     parts: SceneParts
     background: Any | None = None
     camera_medium: Any | None = None
+    lights: Any | None = None
+    """``SceneLights`` of our own paths; None where lamps are Mitsuba's emitters."""
 
     def light_only(self, group: str) -> None:
         """Switch every light group off but one."""
@@ -66,15 +73,26 @@ class LoadedScene:
 
 
 def load_scene(
-    scene: Scene, mitsuba: Any, *, spectral: bool, groups: bool = False, movable: bool = False
+    scene: Scene,
+    mitsuba: Any,
+    *,
+    spectral: bool,
+    groups: bool = False,
+    movable: bool = False,
+    own_lights: bool = False,
+    even: bool = False,
 ) -> LoadedScene:
     """Mitsuba's scene of ``scene`` under the active variant.
 
     ``groups`` makes its light groups switchable, ``movable`` lets objects move without a new tree of all triangles.
+    ``own_lights``: lamps and glowing meshes go into the tables of ``render.lights``, which our own paths choose from,
+    instead of being Mitsuba's emitters. ``even``: that choice does not know how bright each light is.
     """
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
+    context.walks_below = not scene.volumes and all(material.medium is None for material in scene.materials)
+    context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
     look_through(context.tables, scene.camera, scene.film)
@@ -94,6 +112,11 @@ def load_scene(
     sphere = bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
     hidden = []
     for number, item in enumerate(scene.lights):
+        if context.lights is not None:
+            source = add_lamp(context, context.lights, item)
+            if source is not None:
+                _light_rules(rules, item, source + 1, bits.get(item.name, 0))
+            continue
         lamps[item.name] = light.light_objects(context, item, sphere)
         for object_number, made in enumerate(lamps[item.name]):
             description[f"light_{number:06d}_{object_number}"] = made.entry
@@ -104,7 +127,8 @@ def load_scene(
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
-        _light_rules(rules, scene.world, world, 0)
+        key = world if context.lights is None else add_world(context, context.lights, scene.world, world) + 1
+        _light_rules(rules, scene.world, key, 0)
     background = None if scene.world.hidden_from & Rays.CAMERA else world
     if scene.world.camera_view is not None:
         view = replace(scene.world.camera_view, group=scene.world.group)
@@ -113,9 +137,24 @@ def load_scene(
     loaded = context.load(description)
     eye = scene.camera.world_from_camera[:3, 3]
     around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
+    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded)
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around)
+    rules.subsurface = context.has_subsurface
+    return LoadedScene(
+        loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around, lights
+    )
+
+
+def _scene_lights(context: Context, lights: LightList, loaded: Any) -> SceneLights:
+    """The tables of all lights of a loaded scene."""
+    box = loaded.bbox()
+    reach = 1e3
+    if box.valid():
+        reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
+    texture_of = partial(sampled_spectrum, context)
+    emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)
+    return SceneLights(context.mitsuba, lights, reach, emission)
 
 
 def _link_bits(context: Context, scene: Scene) -> dict[str, int]:

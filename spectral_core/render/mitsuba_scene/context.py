@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from spectral_core.render.lights.listing import LightList
 from spectral_core.render.plugins.paints.computed import computed_classes
 from spectral_core.render.plugins.paints.programs import LoadedProgram, RowsOfPrograms
 from spectral_core.render.plugins.paints.rows import Rows, row_classes
@@ -31,10 +32,17 @@ class Context:
     switches: dict[str, list[Callable[[bool], None]]] | None = None
     notes: list[Note] = field(default_factory=list)
     white: Spectrum | None = None
+    lights: LightList | None = None
+    """Where our own paths find lamps and glowing meshes; None where these become Mitsuba's emitters."""
     movable: bool = False
     """Whether meshes are to be changed later."""
     made: list[Any] = field(default_factory=list)
     """Everything that was made, in order: what a live view changes and looks through later."""
+
+    walks_below: bool = True
+    """Whether the paths that are taken know how to walk below surfaces."""
+    has_subsurface: bool = False
+    """Whether any surface was made that they must walk below."""
 
     @cached_property
     def tables(self) -> SceneTables:

@@ -55,10 +55,7 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
 
     ``scene_sphere``: center (3,) and radius of what it may shine on.
     """
-    color = light.color
-    if not isinstance(color, (Color, Spectrum)):
-        context.note(light.name, "is a light with an image or a mix as its color; it is rendered white")
-        color = Color(np.ones(3))
+    color = plain_color(context, light)
     if isinstance(light, SunLight):
         return _sun(context, light, color, scene_sphere)
     if light.power_w == 0:
@@ -66,6 +63,14 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
     if isinstance(light, AreaLight):
         return _area(context, light, color)
     return [_point(context, light, color)]
+
+
+def plain_color(context: Context, light: Light) -> Color | Spectrum:
+    """A lamp's color where it is one; white, with a note, where it is an image or a mix."""
+    if isinstance(light.color, (Color, Spectrum)):
+        return light.color
+    context.note(light.name, "is a light with an image or a mix as its color; it is rendered white")
+    return Color(np.ones(3))
 
 
 def _point(context: Context, light: PointLight | SpotLight, color: Color | Spectrum) -> LightObject:
@@ -101,13 +106,13 @@ def _shaping(light: Light) -> Shaping:
     factors: list[Any] = []
     if isinstance(light, SpotLight):
         cosine = float(np.cos(min(light.cone_angle_rad, np.pi) / 2))
-        factors.append(Cone(_beam_axes(light, light.cone_scale), cosine, float(light.blend)))
+        factors.append(Cone(beam_axes(light, light.cone_scale), cosine, float(light.blend)))
     if isinstance(light, (PointLight, SpotLight)) and light.photometry is not None:
-        factors.append(Luminaire(_beam_axes(light), light.photometry))
+        factors.append(Luminaire(beam_axes(light), light.photometry))
     return Shaping(factors, light.falloff.power, light.falloff.smooth)
 
 
-def _beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
+def beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
     """Rows that take a world direction to the light's axes over their scale, turned so that the beam is the third."""
     axes = light.world_from_light[:3, :3].T / np.asarray(scale)[:, None]
     return np.stack([axes[0], -axes[1], -axes[2]])
@@ -156,27 +161,29 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
         context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
         return []
     radiance = _emitted(context, light, color, light.power_w / (np.pi * area))
-    half_spread = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles narrows no further
-    is_narrow = light.spread_rad < np.pi - 1e-6
+    tangent, gain = spread_of(light)
+    is_narrow = tangent > 0
+    spread = {"spread_tangent": tangent, "spread_gain": gain} if is_narrow else {}
     is_shaped = light.falloff != Falloff()
-    made = _emitting_polygon(context, part, radiance, _spread(half_spread) if is_narrow else {}, is_shaped=is_shaped)
+    made = _emitting_polygon(context, part, radiance, spread, is_shaped=is_shaped)
     if is_shaped:
         made.emitter.shaping = _shaping(light)
     if is_narrow:
         half_axes = axes[:, :2] * size / 2 * np.array([np.sign(np.linalg.det(axes)), 1.0])
-        made.emitter.surface = NarrowPanel(
-            origin, half_axes, float(np.tan(half_spread)), ellipse=light.shape == "ellipse"
-        )
+        made.emitter.surface = NarrowPanel(origin, half_axes, tangent, ellipse=light.shape == "ellipse")
     return [made]
 
 
-def _spread(half_angle: float) -> dict[str, float]:
-    """Cycles' spread: a tent in the tangent of the angle, that keeps what the light sends straight ahead in balance.
+def spread_of(light: AreaLight) -> tuple[float, float]:
+    """Cycles' spread: tangent of the half angle that light ends at, and the gain that keeps its power; (0, 1) for none.
 
     Cycles (light/area.h): attenuation max(0, normalize · (tan s - tan θ)) with normalize = 1 / (tan s - s).
     """
+    if light.spread_rad >= np.pi - 1e-6:
+        return 0.0, 1.0
+    half_angle = max(light.spread_rad, np.radians(1.0)) / 2  # Cycles narrows no further
     tangent = np.tan(half_angle)
-    return {"spread_tangent": float(tangent), "spread_gain": float(tangent / (tangent - half_angle))}
+    return float(tangent), float(tangent / (tangent - half_angle))
 
 
 def _basis(direction: Array) -> Array:

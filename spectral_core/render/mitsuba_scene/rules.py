@@ -39,6 +39,8 @@ class RayRules:
     unlit: list[tuple[Any, int]] = field(default_factory=list)
     clear: list[tuple[Any, int]] = field(default_factory=list)
     camera_world: Any | None = None
+    subsurface: bool = False
+    """Whether light walks below some surface."""
 
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
         """Rules of one placed object, which may be several shapes."""
@@ -67,13 +69,14 @@ class Tables:
         self.links = self._table(emitter, [(item, number + 1) for item, number in rules.links])
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
-        self.camera_world = rules.camera_world
+        self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
         if not rows:
             return None
-        numbers = [int(self.number(pointer(item))[0]) for item, _ in rows]
+        # lights of our own tables are known by a number, Mitsuba's objects by that of its registry
+        numbers = [item if isinstance(item, int) else int(self.number(pointer(item))[0]) for item, _ in rows]
         table = np.zeros(max(numbers) + 1, np.uint32)
         table[numbers] = [value for _, value in rows]
         return self._mi.UInt32(table)

@@ -10,6 +10,7 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
 from spectral_core.render.mitsuba_scene.medium import medium_object
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.scene import Diffuse, Instance, Material, Scene
@@ -51,8 +52,11 @@ class Shapes:
         for index, part in parts.items():
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
-                shape = geometry.mesh_shape(self.context, placed, self._children(instance, index, placed))
+                children, glow = self._children(instance, index, placed)
+                shape = geometry.mesh_shape(self.context, placed, children)
                 self.context.tables.place(shape, instance)
+                if glow is not None:
+                    add_glow(self.context, placed, shape, glow)
                 shapes.append(shape)
         return shapes
 
@@ -85,7 +89,7 @@ class Shapes:
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part))
+                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
             named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
@@ -98,7 +102,8 @@ class Shapes:
         # Blender shows the last slot where an index has none
         return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
 
-    def _children(self, instance: Instance, index: int, part: geometry.Part) -> dict[str, Any]:
+    def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
+        """What a shape wears, and what it glows with where our own tables know that."""
         material, context = self._material(instance, index), self.context
         if material.name not in self.bsdfs:
             self.bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
@@ -107,11 +112,16 @@ class Shapes:
         children = {"bsdf": self.bsdfs[material.name]}
         if self._media.get(material.name) is not None:
             children["interior"] = self._media[material.name]
+        if context.lights is not None:
+            constant = constant_glow(material.surface)
+            if constant is not None:
+                return children, (emitted_by(context, *constant), None, instance.group)
         radiance = surface.emission(context, material.surface, material.name)
-        if radiance is not None:
-            radiance = context.switched(radiance, instance.group)
-            emitter = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
-            if part.normals is not None:
-                emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
-            children["emitter"] = emitter
-        return children
+        if radiance is None:
+            return children, None
+        radiance = context.switched(radiance, instance.group)
+        emitter = context.load({"type": "blender_area", "radiance": radiance, "two_sided": True})
+        if part.normals is not None:
+            emitter.surface = Triangles(part.positions, part.triangles, part.uvs)
+        children["emitter"] = emitter
+        return children, None if context.lights is None else (None, emitter, instance.group)

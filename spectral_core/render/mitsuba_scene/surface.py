@@ -14,25 +14,28 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.glow import emission, is_dark, weight_texture
 from spectral_core.render.mitsuba_scene.leaf_rows import grouped
 from spectral_core.scene import (
     Color,
     Diffuse,
-    Emission,
     Glass,
     Glossy,
     Metal,
+    Paint,
     Principled,
     Scalar,
+    Subsurface,
     Surface,
     Toon,
     Translucent,
     Transparent,
     Weight,
-    leaves,
     weighted_leaves,
 )
 from spectral_core.spectra.spectrum import Spectrum
+
+__all__ = ["bsdf", "emission", "is_dark"]
 
 MIRROR_ROUGHNESS = 0.03
 """Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
@@ -61,70 +64,13 @@ def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
     return made
 
 
-def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
-    """A weight as a Mitsuba texture."""
-    result = context.constant(weight.constant)
-    zero, one = context.constant(0.0), context.constant(1.0)
-    for value, complement in weight.varying:
-        factor = paint.scalar_texture(context, value, subject)
-        ends = {"first": one, "second": zero} if complement else {"first": zero, "second": one}
-        amount = context.load({"type": "mixed_paint", "factor": factor, **ends})
-        result = context.load({"type": "product_paint", "color": result, "amount": amount})
-    return result
-
-
-def is_dark(surface: Surface | None) -> bool:
-    """Whether a surface emits nothing."""
-    emitted = [c.strength if isinstance(c, Emission) else getattr(c, "emission_strength", 0.0) for c in leaves(surface)]
-    return all(isinstance(strength, (int, float)) and strength == 0 for strength in emitted)
-
-
-def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
-    """Texture of the radiance that a surface emits, None where it is dark."""
-    terms = []
-    for weight, closure in weighted_leaves(surface):
-        if isinstance(closure, Emission):
-            color, strength = closure.color, closure.strength
-        elif isinstance(closure, Principled):
-            color, strength = closure.emission_color, closure.emission_strength
-            weight = weight.times(closure.alpha)
-        else:
-            continue
-        term = _emission_term(context, (color, strength), weight, subject)
-        if term is not None:
-            terms.append(term)
-    if not terms:
-        return None
-    total = terms[0]
-    half = context.load({"type": "uniform", "value": 0.5})
-    for term in terms[1:]:  # twice the half-and-half mix is the sum
-        total = context.load({"type": "mixed_paint", "factor": half, "first": total, "second": term, "scale": 2.0})
-    return total
-
-
-def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight, subject: str) -> Any | None:
-    color, strength = emitted
-    constant = float(strength) if isinstance(strength, (int, float)) else 1.0
-    constant *= weight.constant
-    if constant == 0:
-        return None
-    texture = paint.emission(context, color, constant, subject)
-    if weight.varying:
-        amount = weight_texture(context, Weight(weight.varying), subject)
-        texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
-    if not isinstance(strength, (int, float)):
-        amount = paint.scalar(context, strength, subject)
-        texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
-    return texture
-
-
 def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
     """What one closure scatters, as weighted BSDFs."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.class_name() != "NullBSDF":
             plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
-            softens = plain or isinstance(closure, (Diffuse, Translucent))
+            softens = plain or isinstance(closure, (Diffuse, Translucent, Subsurface))
             texture = context.computed(normal.program)
             made = context.load({"type": "bent", "bsdf": made, "normal": texture, "softens": softens})
         yield amount, made
@@ -152,6 +98,10 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
         color = paint.reflectance(context, closure.color, subject)
         toon = {"type": "blender_toon", "color": color, "size": size, "smooth": smooth, "glossy": closure.glossy}
         yield weight, context.load(toon)
+    elif isinstance(closure, Subsurface):
+        medium = (closure.radius, closure.scale, closure.scattering_anisotropy)
+        made = _subsurface(context, closure.color, medium, subject)
+        yield weight, made or _diffuse(context, Diffuse(closure.color), subject)
     elif isinstance(closure, Principled):
         yield from _principled(context, closure, weight, subject)
 
@@ -162,6 +112,25 @@ def _diffuse(context: Context, closure: Diffuse, subject: str) -> Any:
         roughness = paint.scalar_texture(context, closure.roughness, subject)
         return context.load({"type": "rough_diffuse", "color": reflectance, "roughness": roughness})
     return context.load({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
+
+
+def _subsurface(
+    context: Context, color: Paint, medium: tuple[tuple[float, float, float], Scalar, float], subject: str
+) -> Any | None:
+    """Light below the surface (radius, scale, anisotropy); None, with a note, where no path walks there."""
+    if not context.walks_below:
+        context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
+        return None
+    radius, scale, anisotropy = medium
+    context.has_subsurface = True
+    description = {
+        "type": "subsurface",
+        "color": paint.reflectance(context, color, subject),
+        "scale": paint.scalar_texture(context, scale, subject),
+        "anisotropy": float(np.clip(anisotropy, -0.99, 0.99)),
+        **{f"radius_{k}": float(max(value, 0.0)) for k, value in enumerate(radius)},
+    }
+    return context.load(description)
 
 
 def _is_smooth(roughness: Scalar) -> bool:
@@ -272,6 +241,12 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
         reflecting["coat_tint"] = paint.reflectance(context, closure.coat_tint, subject)
     if closure.diffuse_roughness != 0:
         reflecting["diffuse_roughness"] = paint.scalar_texture(context, closure.diffuse_roughness, subject)
+    if closure.subsurface_weight != 0:
+        medium = (closure.subsurface_radius, closure.subsurface_scale, closure.subsurface_anisotropy)
+        below = _subsurface(context, closure.base_color, medium, subject)
+        if below is not None:
+            weight_below = paint.scalar_texture(context, closure.subsurface_weight, subject)
+            reflecting |= {"subsurface": below, "subsurface_weight": weight_below}
     yield kept, context.load(reflecting)
     if closure.transmission != 0 and closure.metallic != 0:
         one = context.load({"type": "uniform", "value": 1.0})

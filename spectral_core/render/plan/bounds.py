@@ -106,14 +106,19 @@ def blur_of_lens(scene: Scene, points: Array) -> float:
     return float(pixels_per_unit(scene) * spread.max())
 
 
-def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array) -> float:
-    """Largest half-shadow of a ball lamp, in pixels, with a shading object as near to it as any is."""
-    placed = seen_points(scene)
+def boxes_of(scene: Scene) -> list[Array]:
+    """Corners of each placed object."""
+    return [corners(scene, instance) for instance in scene.instances]
+
+
+def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:
+    """Largest half-shadow of a ball lamp, in pixels, with a shading object (of ``boxes_of``) as near as any is."""
     along = depths(scene, points)
+    placed = np.concatenate(boxes) if boxes else np.zeros((0, 3))
     if not len(placed) or not len(along):
         return 0.0
     center = light.world_from_light[:3, 3]
-    nearest = min((_distance_to_box(center, corners(scene, item)) for item in scene.instances), default=0.0)
+    nearest = min((_distance_to_box(center, box) for box in boxes), default=0.0)
     if nearest <= 2 * light.radius:
         return float("inf")
     reach = float(np.linalg.norm(placed - center, axis=1).max())

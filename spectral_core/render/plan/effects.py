@@ -27,6 +27,8 @@ __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pay
 MOST_BOUNCES = 1024
 PAYING_PATHS = 3_000_000
 """Paths of a render from which on a pilot is traced for it: a few seconds' worth."""
+PAYING_SECONDS, USUAL_SAMPLES = 10.0, 64
+"""The same of a time budget; and samples that an asked error is reckoned to take, before anything is known."""
 _PILOTED = ("bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
@@ -79,7 +81,10 @@ def plan_from_data(scene: Scene, tolerance: float | None = None) -> EffectPlan:
 def pilot_pays(scene: Scene) -> bool:
     """Whether a picture is so large that a pilot is a small part of its time; a smaller one is planned from data."""
     width, height = scene.film.size
-    return width * height * scene.film.samples >= PAYING_PATHS
+    if scene.settings.time_budget_s is not None:
+        return scene.settings.time_budget_s >= PAYING_SECONDS
+    samples = scene.film.samples if scene.settings.target_error is None else USUAL_SAMPLES
+    return width * height * samples >= PAYING_PATHS
 
 
 def everything_on(scene: Scene) -> EffectPlan:

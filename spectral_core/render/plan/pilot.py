@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.trace.path_settings import PathSettings
@@ -100,7 +101,7 @@ def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
     mi = tracer.mitsuba
     limits = scene.settings.light_paths
     integrator = _pilot_class(mi.variant())(
-        PathSettings(PILOT_BOUNCES, True, limits), Tables(mi, tracer.rules), _source_kinds(mi, tracer.scene)
+        PathSettings(PILOT_BOUNCES, True, limits), Tables(mi, tracer.rules), tracer.lights, _source_kinds(mi, tracer)
     )
     pixels = film.width * film.height
     integrator.prepare(pixels)
@@ -119,10 +120,13 @@ def _plain(scene: Scene) -> str:
     return (scene.settings.variant or "llvm").partition("_")[0]
 
 
-def _source_kinds(mi: Any, scene: Any) -> NDArray[np.uint32]:
-    """By registry number of an emitter: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
+def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
+    """By number of a light: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
     import drjit as dr
 
+    if isinstance(tracer.lights, SceneLights):
+        return tracer.lights.kinds_by_number()
+    scene = tracer.scene
     number = lambda emitter: int(dr.reinterpret_array(mi.UInt32, mi.EmitterPtr(emitter))[0])  # noqa: E731
     kinds = {number(emitter): 1 for emitter in scene.emitters() if emitter.is_environment()}
     for shape in scene.shapes():
@@ -133,39 +137,26 @@ def _source_kinds(mi: Any, scene: Any) -> NDArray[np.uint32]:
     return table
 
 
-class _Watched:
-    """The rays' rules, which remember the emitter that they were last asked about."""
-
-    def __init__(self, tables: Tables) -> None:
-        self._tables = tables
-        self.emitter: Any = None
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._tables, name)
-
-    def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
-        """Whether an emitter lights a receiver."""
-        self.emitter = emitter
-        return self._tables.lights_it(emitter, kind, bounces, receiver)
-
-
-def _book(pilot: Any, light: Any, counts: Any, when: tuple[Any, Any], met: float) -> None:
-    """Add light to a pilot's rows; ``when``: it is there, and it comes after the first surface."""
+def _book(pilot: Any, light: Any, parts: tuple[Any, Any], counts: Any, when: tuple[Any, Any], met: float) -> None:
+    """Add light to a pilot's rows; ``parts``: from the surroundings and from what glows; ``when``: it is there, and it
+    comes after the first surface.
+    """
     import drjit as dr
     import mitsuba as mi
 
     active, bounced = when
-    light = dr.select(dr.all(dr.isfinite(light)), light, 0.0)
-    kind = dr.gather(mi.UInt32, pilot.sources, pilot.tables.emitter, active)
+    finite = dr.all(dr.isfinite(light))
+    light, world, glows = (dr.select(finite, part, 0.0) for part in (light, *parts))
     first = len(COUNTS) * LEVELS
-    signs = ((pilot.flags & 1) != 0, (pilot.flags & 2) != 0, pilot.blocked, kind == 1, kind == 2)
-    rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced) for k, count in enumerate(counts)]
-    rows += [(mi.UInt32(first + k), active & sign) for k, sign in enumerate(signs)]
-    rows.append((mi.UInt32(TOTAL), active))
-    for row, wanted in rows:
+    signs = ((pilot.flags & 1) != 0, (pilot.flags & 2) != 0, pilot.blocked)
+    rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced, light) for k, count in enumerate(counts)]
+    rows += [(mi.UInt32(first + k), active & sign, light) for k, sign in enumerate(signs)]
+    rows += [(mi.UInt32(first + len(signs) + k), active, part) for k, part in enumerate((world, glows))]
+    rows.append((mi.UInt32(TOTAL), active, light))
+    for row, wanted, part in rows:
         at = (pilot.cell * ROWS + row) * CHANNELS
         for k in range(3):
-            dr.scatter_add(pilot.bins, light[k], at + k, wanted & (light[k] != 0), dr.ReduceMode.NoConflicts)
+            dr.scatter_add(pilot.bins, part[k], at + k, wanted & (part[k] != 0), dr.ReduceMode.NoConflicts)
         if met:
             dr.scatter_add(pilot.bins, met, at + 3, wanted, dr.ReduceMode.NoConflicts)
 
@@ -178,9 +169,8 @@ def _pilot_class(variant: str) -> Any:
     class PilotPath(scene_path_class(variant)):  # type: ignore[misc]
         """The renderer's paths, which book what they bring."""
 
-        def __init__(self, settings: PathSettings, tables: Tables, sources: NDArray[np.uint32]) -> None:
-            super().__init__(settings, tables)
-            self.tables = _Watched(tables)
+        def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sources: NDArray[np.uint32]) -> None:
+            super().__init__(settings, tables, lights)
             self.sources = mi.UInt32(sources)
             self.flags: Any = None
             self.blocked: Any = None
@@ -207,9 +197,9 @@ def _pilot_class(variant: str) -> Any:
             )
             return state.light, state.seen, []
 
-        def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
+        def arrived(self, si: Any, path: Any, active: Any) -> Any:
             self.blocked = mi.Bool(False)
-            value = super().arrived(scene, si, path, active)
+            value = super().arrived(si, path, active)
             first = active & (path.depth == 0) & si.is_valid()
             for k in range(3):
                 dr.scatter(self.points, si.p[k], self.cell * 4 + k, first)
@@ -222,8 +212,9 @@ def _pilot_class(variant: str) -> Any:
                 path.transmission - less(Rays.TRANSMISSION),
             )
             light = self.clamped(path.throughput * value, path.depth > 1)
+            parts = tuple(self.clamped(path.throughput * of, path.depth > 1) for of in (self.met.world, self.met.glows))
             # what the camera sees itself is lost with no bounce
-            self.book(light, counts, active, active & (path.depth > 0))
+            _book(self, light, parts, counts, (active, active & (path.depth > 0)), 0.0)
             return value
 
         def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
@@ -242,12 +233,10 @@ def _pilot_class(variant: str) -> Any:
             value = super().direct(scene, sampler, hit, path, active)
             light = self.clamped(path.throughput * value, path.depth > 0)
             counts = (path.depth, path.diffuse, path.glossy, path.transmission)
-            self.book(light, counts, active, active, met=1.0)
+            kind = dr.gather(mi.UInt32, self.sources, self.asked, active)
+            parts = tuple(dr.select(kind == of, light, 0.0) for of in (1, 2))
+            _book(self, light, parts, counts, (active, active), 1.0)
             return value
-
-        def book(self, light: Any, counts: Any, active: Any, bounced: Any, met: float = 0.0) -> None:
-            """Add light to the rows that it belongs to."""
-            _book(self, light, counts, (active, bounced), met)
 
         def to_string(self) -> str:
             return "PilotPath"

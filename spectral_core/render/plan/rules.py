@@ -149,7 +149,8 @@ def _lamp_bodies(found: Found) -> Effect:
     if seen or found.inventory.media or found.scene.volumes:
         reason = f"{names(shown)} have a size, and something shows it"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
-    blur = max(bounds.blur_of_lamp(found.scene, light, found.points) for light in balls)
+    boxes = bounds.boxes_of(found.scene)
+    blur = max(bounds.blur_of_lamp(found.scene, light, found.points, boxes) for light in balls)
     levels = (Level("on"), Level("off", bounds.error_of_blur(blur) if np.isfinite(blur) else 100.0, TRANSPARENCY_SHARE))
     reason = f"half-shadows of {names(shown)} are at most {min(blur, 9999):.2g} pixels wide"
     return Effect("lamp_bodies", levels, reason, loses, "bounded", ON_OFF)

@@ -28,3 +28,10 @@ def aligned(values: NDArray[Any]) -> NDArray[Any]:
     placed = room[start : start + flat.nbytes].view(flat.dtype)
     placed[:] = flat
     return placed
+
+
+def table(kind: Any, values: Any) -> Any:
+    """A flat array of the renderer from numbers: of 32-bit floats or, from whole numbers, of 32-bit integers."""
+    given = np.asarray(values)
+    wanted = np.float32 if np.issubdtype(given.dtype, np.floating) else np.uint32
+    return kind(aligned(given.astype(wanted)))

@@ -21,6 +21,8 @@ import numpy as np
 
 from spectral_core import child, errors
 from spectral_core.errors import RenderError
+from spectral_core.render.cost.asked import is_asked
+from spectral_core.render.cost.curve import CostCurve
 from spectral_core.render.plan.effects import EffectPlan, plan_from_data
 from spectral_core.render.process.messages import receive, send
 from spectral_core.render.still import Progress, RenderResult
@@ -64,6 +66,7 @@ class RenderProcess:
         A cancel is answered within CANCEL_GRACE_S: by the process, or by ending it. Raises RenderError where the
         process died or Mitsuba failed, InvalidInputError for a scene that cannot be rendered.
         """
+        is_asked(scene.settings)
         plan = plan_from_data(scene)  # a wrong override is an error before a process starts
         options = {"bands": bands, "groups": groups, "sampling_lights": sampling_lights}
         with self._lock:
@@ -83,16 +86,20 @@ class RenderProcess:
         plan: EffectPlan = self.call("plan", scene, tolerance)
         return plan
 
+    def cost_curve(self, scene: Scene) -> CostCurve:
+        """``cost_curve``, elsewhere. Raises as it does, and RenderError where the process died."""
+        plan_from_data(scene)
+        curve: CostCurve = self.call("cost", scene)
+        return curve
+
     def call(self, name: str, *arguments: Any) -> Any:
         """Answer of one of the worker's ``CALLS``; raises RenderError where the process died."""
         with self._lock:
             worker = self._running()
             try:
                 worker.post(("call", (name, arguments)))
-                while True:
-                    message = worker.next_message(_POLL_S)
-                    if message is not None:
-                        break
+                while (message := worker.next_message(_POLL_S)) is None:
+                    pass
                 worker.idle = True
                 kind, content = message
                 if kind == "error":

@@ -58,10 +58,12 @@ def _listen(stream: BinaryIO, requests: queue.SimpleQueue[Any], stop: threading.
 
 
 def call(name: str, arguments: tuple[Any, ...]) -> Any:
-    """Answer a question about a scene that is no picture: its plan."""
+    """Answer a question about a scene that is no picture: its plan, its cost curve."""
+    from spectral_core.render.cost.curve import cost_curve
     from spectral_core.render.plan.effects import plan_effects
 
-    return {"plan": plan_effects}[name](*arguments)
+    known: dict[str, Callable[..., Any]] = {"plan": plan_effects, "cost": cost_curve}
+    return known[name](*arguments)
 
 
 def _answer(answers: BinaryIO, scene: Any, options: dict[str, Any], stop: threading.Event) -> None:

@@ -31,16 +31,19 @@ def path_state_class(variant: str) -> Any:
             "glossy": mi.UInt32,
             "transmission": mi.UInt32,
             "passed": mi.UInt32,  # surfaces passed straight
+            "leaves": mi.Bool,  # whether the ray comes from below the surface that it meets next
             "kind": mi.UInt32,  # Rays: how the ray left the last surface
             # the last surface that scattered, from which a light met now could have been sampled
             "before": mi.Interaction3f,
             "before_pdf": mi.Float,
             "before_delta": mi.Bool,
             "before_shape": mi.UInt32,
+            "before_both": mi.Bool,  # whether it lets light through as well
         }
 
         before: Any
         before_shape: Any
+        before_both: Any
 
         def __init__(self, ray: Any = None, active: Any = None) -> None:
             for name, kind in self.DRJIT_STRUCT.items():
@@ -50,10 +53,14 @@ def path_state_class(variant: str) -> Any:
             self.ray, self.active, self.throughput = ray, active, mi.Spectrum(1.0)
             self.eta, self.before_pdf, self.before_delta = mi.Float(1.0), mi.Float(1.0), mi.Bool(True)
             self.kind = mi.UInt32(int(Rays.CAMERA))
+            self.before.p = ray.o
 
-        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any) -> None:
+        def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, both: Any) -> None:
             """Where the path has scattered and how likely it was to."""
-            self.before = dr.select(scatters, mi.Interaction3f(si), self.before)
+            place = mi.Interaction3f(si)
+            place.n = dr.select(dr.dot(si.n, self.ray.d) > 0.0, -si.n, si.n)
+            self.before = dr.select(scatters, place, self.before)
+            self.before_both = dr.select(scatters, both, self.before_both)
             self.before_pdf = dr.select(scatters, bs.pdf, self.before_pdf)
             delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
             self.before_delta = dr.select(scatters, delta, self.before_delta)

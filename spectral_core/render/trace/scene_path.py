@@ -11,16 +11,20 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
+from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
+from spectral_core.render.trace import path_limits
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
+from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
 from spectral_core.scene import Rays
 
 
-def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules) -> Any:
-    """The integrator under the active variant."""
-    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules))
+def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules, lights: Any = None) -> Any:
+    """The integrator under the active variant; ``lights``: our own tables, None for Mitsuba's emitters."""
+    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights)
 
 
 @cache
@@ -42,15 +46,19 @@ def scene_path_class(variant: str) -> Any:
 
         State = PathState
 
-        def __init__(self, settings: PathSettings, tables: Tables) -> None:
+        def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
-            self.tables, self.settings = tables, settings
+            self.tables, self.settings, self.lights = tables, settings, lights
             limits = settings.limits
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit compiles nothing
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
             self.transmission = count(limits.transmission)
+            self.met: Any = None
+            """What the ray brought, by what it came from."""
+            self.asked: Any = None
+            """Number of the light that the last surface asked."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
@@ -73,32 +81,50 @@ def scene_path_class(variant: str) -> Any:
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
             si.dn_dv = ray_marks(mi, dr, path)
             si.wi = self.upright(si)
-            arrived = self.arrived(scene, si, path, path.active & ~unseen)
+            leaves = path.leaves & path.active
+            unseen &= ~leaves
+            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
 
             hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
             path.seen |= hit
             bsdf = si.bsdf()
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
-            hit &= ~self.cut_caustic(bsdf, path.kind) & (path.passed <= self.layers)
+            hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
             direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
-            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit)
-            straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~leaves)
+            dives = hit & ~leaves & ~path.last & ((bs.sampled_type & DIVES) != 0)
             outward = si.to_world(bs.wo)
-            scatters = hit & ~straight & ~path.last & self.leaves_as_drawn(si, bs, outward)
+            drawn_well = self.leaves_as_drawn(si, bs, outward)
+            if self.tables.subsurface:
+                left, through = leaving(mi, dr, si, direction)
+                bs, weight = dr.select(leaves, left, bs), dr.select(leaves, mi.Spectrum(1.0), weight)
+                outward, drawn_well = dr.select(leaves, through, outward), drawn_well | leaves
+            straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+            scatters = hit & ~straight & ~path.last & ~dives & drawn_well
             onward = unseen | (hit & straight) | scatters
-            path.throughput = dr.select(hit, path.throughput * weight, path.throughput)
+            path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
             path.passed = dr.select(hit & straight, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
-            path.remember(si, bs, shape, scatters)
+            path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
 
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            path.leaves &= unseen
+            if self.tables.subsurface:
+                below, factor, surfaces, sampler = walk(
+                    mi, dr, scene, self.tables, (si, shape, bs, weight, dives), sampler
+                )
+                dives &= surfaces
+                path.ray = dr.select(dives, below, path.ray)
+                path.throughput = dr.select(dives, path.throughput * factor, path.throughput)
+                path.leaves |= dives
+                onward |= dives
 
             # Russian roulette by the light that a path can still bring, freed of what refraction spread it by
             strongest = dr.max(path.throughput)
@@ -147,47 +173,64 @@ def scene_path_class(variant: str) -> Any:
             same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
             return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
 
-        def arrived(self, scene: Any, si: Any, path: Any, active: Any) -> Any:
-            """Light that a ray meets: from a glowing surface or the surroundings, weighed against sampling it."""
-            emitter = si.emitter(scene)
-            number = self.tables.number(emitter)
+        def arrived(self, si: Any, path: Any, active: Any) -> Any:
+            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling."""
             scattered = dr.select(path.depth > 0, path.depth - 1, 0)
-            lit = active & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
-            ds = mi.DirectionSample3f(scene, si, path.before)
-            ds.n = dr.select(si.is_valid(), si.n, ds.n)  # the density is one of the geometry, not of its shading
-            sampled = scene.pdf_emitter_direction(path.before, ds, lit & ~path.before_delta)
-            if self.tables.shadowless is not None:
-                # what nothing blocks is sampled only: a ray may be blocked on its way there
-                lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
-            share = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, sampled))
-            value = emitter.eval(si, lit)
+
+            def share(number: Any, pdf: Any, on: Any) -> Any:
+                lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
+                if self.tables.shadowless is not None:
+                    # what nothing blocks is sampled only: a ray may be blocked on its way there
+                    lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
+                own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
+                return dr.select(lit, own, 0.0)
+
+            seen = mi.Bool(False)
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
-                value = dr.select(seen, self.tables.camera_world.eval(si, seen), value)
-                lit |= seen
-            return dr.select(lit, value * share, 0.0)
+            self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
+            if self.tables.camera_world is not None:
+                self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
+            return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number), through what it shines through."""
+            self.asked = mi.UInt32(0)
+            if self.lights.is_empty:
+                return mi.Spectrum(0.0)
             si, bsdf, shape = hit
             wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-            ds, light = scene.sample_emitter_direction(si, sampler.next_2d(), False, wanted)
-            wanted &= ds.pdf != 0.0
-            number = self.tables.number(ds.emitter)
-            wo = si.to_local(ds.d)
-            wanted &= self.tables.lights_it(number, self.kind_of(bsdf, si, wo), path.depth, shape)
+            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves)
+            drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
+            wanted &= drawn.pdf != 0.0
+            self.asked = drawn.number
+            wo = si.to_local(drawn.direction)
+            wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
-            wanted &= self.keeps_side(si, wo, ds.d) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted)
-            share = dr.select(ds.delta, 1.0, squared_share(ds.pdf, pdf))
+            kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
+            wanted &= kept | path.leaves
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~path.leaves)
+            if self.tables.subsurface:
+                out = cosine_out(mi, dr, si, drawn.direction) / dr.pi
+                value, pdf = dr.select(path.leaves, mi.Spectrum(out), value), dr.select(path.leaves, out, pdf)
+            share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
-                shadowless = self.tables.look_up(self.tables.shadowless, number) != 0
+                shadowless = self.tables.look_up(self.tables.shadowless, drawn.number) != 0
                 share = dr.select(shadowless, 1.0, share)
-            wanted &= dr.any(value * light != 0.0)
+            wanted &= dr.any(value * drawn.value != 0.0)
+            ray = si.spawn_ray_to(drawn.point)
             marks = shadow_marks(mi, si.dn_dv)
-            clear = self.clear_way(scene, si.spawn_ray_to(ds.p), (number, path.passed, marks), wanted & ~shadowless)
-            return dr.select(wanted, value * light * share * dr.select(shadowless, 1.0, clear), 0.0)
+            clear = self.clear_way(scene, ray, (drawn.number, path.passed, marks), wanted & ~shadowless)
+            return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
+
+        def seen_side(self, si: Any, direction: Any) -> Any:
+            """Normal of the geometry on the side that a ray comes from."""
+            return dr.select(dr.dot(si.n, direction) > 0.0, -si.n, si.n)
+
+        def lets_through(self, bsdf: Any) -> Any:
+            """Whether light from behind a surface reaches its front."""
+            return mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission)
 
         def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
             """Kind of ray that a direction is for a surface: a mixed one counts as diffuse on its own side."""
@@ -200,28 +243,7 @@ def scene_path_class(variant: str) -> Any:
             """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks)."""
             if not (self.settings.transparency or self.tables.blocks_selectively):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
-            return self.through(scene, ray, light, mi.Bool(active))
-
-        def through(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
-            """The product of what the surfaces on a shadow ray let through."""
-            emitter, passed, marks = light
-
-            def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
-                si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
-                si.dn_dv = marks
-                met = active & si.is_valid()
-                blocks = met & self.tables.casts_shadow(self.tables.shape_number(si), emitter)
-                clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
-                layers = dr.select(blocks, layers + 1, layers)
-                rest = ray.maxt - si.t
-                ray = dr.select(met, si.spawn_ray(ray.d), ray)
-                ray.maxt = rest
-                return ray, clear, layers, met & (dr.max(clear) > 0.0) & (layers <= self.layers)
-
-            start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), active)
-            _, clear, layers, _ = dr.while_loop(start, lambda _r, _c, _n, active: active, body)
-            # a way that was cut off in the middle is blocked
-            return dr.select(layers <= self.layers, clear, 0.0)
+            return path_limits.shone_through(self.tables, self.layers, (scene, ray), light, mi.Bool(active))
 
         def is_hole(self, shape: Any, kind: Any) -> Any:
             """Whether a ray of the camera meets a holdout, which shows nothing."""
@@ -232,29 +254,11 @@ def scene_path_class(variant: str) -> Any:
 
         def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
             """Whether a diffuse ray meets a mirror or a glass that caustics are switched off for."""
-            limits = self.settings.limits
-            cut = mi.Bool(False)
-            flags = bsdf.flags()
-            diffuse = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
-            bends = mi.has_flag(flags, mi.BSDFFlags.Transmission)
-            if not limits.reflective_caustics:
-                cut |= ~bends
-            if not limits.refractive_caustics:
-                cut |= bends
-            return cut & ~diffuse & (kind == int(Rays.DIFFUSE))
+            return path_limits.cut_caustic(self.settings, bsdf, kind)
 
         def clamped(self, value: Any, indirect: Any) -> Any:
             """A contribution brought down to the limits on a sample's mean."""
-            limits = self.settings.limits
-            if limits.clamp_direct <= 0 and limits.clamp_indirect <= 0:
-                return value
-            none = float(dr.largest(mi.Float))
-            highest = [limit * self.settings.white if limit > 0 else none
-                       for limit in (limits.clamp_direct, limits.clamp_indirect)]  # fmt: skip
-            low, high = (dr.opaque(mi.Float, limit) for limit in highest)
-            mean = dr.mean(dr.abs(value))
-            most = dr.select(indirect, high, low)
-            return value * dr.select(mean > most, most / mean, 1.0)
+            return path_limits.clamped(self.settings, value, indirect)
 
         def to_string(self) -> str:
             return "ScenePath"

@@ -43,9 +43,12 @@ export function extent(values) {
   return low === high ? [low - 0.5, high + 0.5] : [low, high];
 }
 
+/** "name 2" before "name 10", alike on every machine. */
+const NATURAL = new Intl.Collator("en", { numeric: true });
+
 /** Column of texts: positions in their sorted order. @param {string[]} texts */
 export function textColumn(texts) {
-  const order = [...new Set(texts.filter((text) => text !== ""))].sort();
+  const order = [...new Set(texts.filter((text) => text !== ""))].sort(NATURAL.compare);
   const place = new Map(order.map((text, i) => [text, i]));
   const values = Float64Array.from(texts, (text) => place.get(text) ?? NaN);
   return { values, order };

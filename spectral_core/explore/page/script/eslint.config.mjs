@@ -2,7 +2,7 @@
 // Rules for the page's script modules: what is undefined, unused, shadowed or unsafe is an error.
 
 const browser = ["window", "document", "localStorage", "location", "fetch", "atob", "performance", "requestAnimationFrame",
-  "setTimeout", "clearTimeout", "getComputedStyle", "URL", "URLSearchParams", "Blob", "Option"];
+  "setTimeout", "clearTimeout", "getComputedStyle", "URL", "URLSearchParams", "Blob", "Option", "Intl"];
 
 export default [
   {

@@ -98,7 +98,7 @@ class Explorer {
   details() {
     const { table, state } = this;
     const count = size(state.selection);
-    element("count").textContent = state.selected ? `${count} of ${table.count} selected` : `${table.count} points`;
+    element("count").textContent = state.selected ? `${count} of ${table.count} selected` : `${table.count} ${table.count === 1 ? "point" : "points"}`;
     const rows = rowsOf(state.selection, 60);
     const strip = rows.map((row) => {
       const image = thumbnail(table, row);

@@ -3,7 +3,7 @@
 
 import { rowColors, word } from "./colors.js";
 import { drawHistogram, drawPoints } from "./raster.js";
-import { positions, ticks } from "./scales.js";
+import { positions, shortened, ticks } from "./scales.js";
 import { inPolygon } from "./selection.js";
 
 /**
@@ -171,10 +171,11 @@ export class Matrix {
     let end = -Infinity;
     for (const tick of ticks(column, Math.max(3, Math.floor(panel.width / 42)))) {
       const x = panel.left + tick.at * panel.width;
-      const half = context.measureText(tick.text).width / 2;
+      const text = column.kind === "text" ? fitted(context, tick.text, panel.width / 2) : tick.text;
+      const half = context.measureText(text).width / 2;
       if (x - half < end + 4) continue;
       end = x + half;
-      context.fillText(tick.text, x, panel.top + panel.height + 13);
+      context.fillText(text, x, panel.top + panel.height + 13);
     }
   }
 
@@ -186,7 +187,7 @@ export class Matrix {
       const y = panel.top + (1 - tick.at) * panel.height;
       if (last - y < 12) continue;
       last = y;
-      context.fillText(tick.text.slice(0, 8), panel.left - 5, Math.min(Math.max(y + 4, panel.top + 9), panel.top + panel.height));
+      context.fillText(fitted(context, tick.text, LEFT - 8), panel.left - 5, Math.min(Math.max(y + 4, panel.top + 9), panel.top + panel.height));
     }
   }
 
@@ -312,9 +313,8 @@ export function numbers(text) {
 
 /** A text shortened to a width. @param {CanvasRenderingContext2D} context @param {string} text @param {number} width */
 function fitted(context, text, width) {
-  if (context.measureText(text).width <= width) return text;
-  let end = text.length;
-  while (end > 1 && context.measureText(`${text.slice(0, end)}…`).width > width) end--;
-  return `${text.slice(0, end)}…`;
+  let shown = text;
+  for (let length = Math.min(text.length, 80); length > 1 && context.measureText(shown).width > width; length--) shown = shortened(text, length);
+  return shown;
 }
 

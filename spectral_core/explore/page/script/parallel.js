@@ -2,7 +2,7 @@
 // Parallel axes: one vertical axis per variable, one line per row; a drag along an axis selects a range.
 
 import { css, distinct, mapped } from "./colors.js";
-import { ticks } from "./scales.js";
+import { shortened, ticks } from "./scales.js";
 import { inInterval } from "./selection.js";
 
 const BINS = 56;
@@ -129,14 +129,15 @@ export class Parallel {
       context.stroke();
       context.fillStyle = ink("--ink");
       context.textAlign = "center";
-      context.fillText(name.length > 16 ? `${name.slice(0, 15)}…` : name, x, k % 2 ? 26 : 13);
+      context.fillText(shortened(name, 16), x, k % 2 ? 26 : 13);
       context.fillStyle = ink("--quiet");
       context.textAlign = "right";
       context.lineWidth = 3;
       context.strokeStyle = ink("--ground");
       for (const tick of ticks(column, 5)) {
-        context.strokeText(tick.text, x - 5, this.axisY(tick.at) + 4);
-        context.fillText(tick.text, x - 5, this.axisY(tick.at) + 4);
+        const text = shortened(tick.text, 12);
+        context.strokeText(text, x - 5, this.axisY(tick.at) + 4);
+        context.fillText(text, x - 5, this.axisY(tick.at) + 4);
       }
       context.lineWidth = 1;
     });

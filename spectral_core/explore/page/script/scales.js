@@ -25,8 +25,9 @@ export function positions(column) {
 export function ticks(column, wanted) {
   if (column.kind === "text") {
     const step = Math.max(1, Math.ceil(column.order.length / wanted));
-    return column.order.filter((_, i) => i % step === 0).map((text, i) => ({ at: position(column, i * step), text: text.slice(0, 12) }));
+    return column.order.filter((_, i) => i % step === 0).map((text, i) => ({ at: position(column, i * step), text: shortened(text, 40) }));
   }
+  if (!column.values?.some((value) => !Number.isNaN(value))) return []; // a scale would claim values that there are not
   const found = [];
   if (column.log && column.high / column.low > 9) {
     const first = Math.ceil(Math.log10(column.low) - 1e-9);
@@ -52,6 +53,14 @@ export function ticks(column, wanted) {
     return found.map((tick, i) => (i ? { ...tick, text: `+${plain(i * step)}` } : tick));
   }
   return found;
+}
+
+/** A text on one line with its middle left out: what tells names apart often stands last. @param {string} text @param {number} length */
+export function shortened(text, length) {
+  const line = text.replace(/\s+/g, " ");
+  if (line.length <= length) return line;
+  const end = Math.floor((length - 1) / 2);
+  return `${line.slice(0, length - 1 - end)}…${end ? line.slice(-end) : ""}`;
 }
 
 /** A round number without rounding noise. @param {number} value */

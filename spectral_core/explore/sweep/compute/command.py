@@ -92,7 +92,12 @@ class CommandNode:
             for number, path in enumerate(pictures[:8]):
                 if not path.is_symlink() and path.stat().st_size <= MAX_OUTPUT_BYTES:
                     files[("" if number == 0 else f"_{number}") + path.suffix.lower()] = path.read_bytes()
-            return Outcome(values, files=files)
+            if not values and not files:
+                raise RenderError(
+                    f"{words[0]} left no result: expected a JSON object or a number as its last line, result.json or "
+                    "a picture in {out}"
+                )
+            return Outcome(values, files=files).beside(parameters)
 
     def _run(self, words: list[str]) -> subprocess.CompletedProcess[bytes]:
         try:
@@ -129,8 +134,10 @@ def _values(output: bytes, out: Path) -> dict[str, Any]:
         found = {"result": found}
     if not isinstance(found, dict):
         return {}
-    return {
-        str(name): (math.nan if value is None else value)
-        for name, value in found.items()
-        if value is None or isinstance(value, int | float | str)
-    }
+    plain: dict[str, Any] = {}
+    for name, value in found.items():
+        if isinstance(value, list):
+            plain |= {f"{name}_{index}": item for index, item in enumerate(value)}
+        else:
+            plain[str(name)] = value
+    return {name: math.nan if value is None else value for name, value in plain.items()}

@@ -56,7 +56,7 @@ class FunctionNode:
         arguments = {**dict(self.fixed), **parameters}
         if "seed" not in arguments and _takes_seed(function):
             arguments["seed"] = seed
-        return as_outcome(function(**arguments), self.function.rpartition(":")[2])
+        return as_outcome(function(**arguments), self.function.rpartition(":")[2]).beside(parameters)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_loaded": []}
@@ -71,8 +71,10 @@ def load_function(address: str) -> Callable[..., Any]:
     place, _, name = address.rpartition(":")
     try:
         module = _load_file(Path(place)) if place.endswith(".py") else importlib.import_module(place)
-    except ImportError as error:
-        raise InvalidInputError(f"{place} cannot be imported: {error}") from error
+    except InvalidInputError:
+        raise
+    except Exception as error:  # the code of a user may raise anything
+        raise InvalidInputError(f"{place} cannot be imported: {type(error).__name__}: {error}") from error
     function = getattr(module, name, None)
     if not callable(function):
         raise InvalidInputError(f"{place} has no function {name!r}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.closures.upright import toward_viewer
 
 
@@ -59,9 +60,12 @@ def register(mi: Any, dr: Any) -> None:
             inner = mi.Vector3f(bs.wo)
             bs.wo = si.to_local(bent.to_world(inner))
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
-            valid = active & ((inner.z * bs.wo.z > 0.0) | straight)
+            dives = (bs.sampled_type & DIVES) != 0
+            bs.wo = dr.select(dives, inner, bs.wo)
+            valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives)
             bs.pdf = dr.select(valid, bs.pdf, 0.0)
-            return bs, dr.select(valid, weight * self.softened(si, bent, inner, bs.wo), 0.0)
+            softened = dr.select(dives, 1.0, self.softened(si, bent, inner, bs.wo))
+            return bs, dr.select(valid, weight * softened, 0.0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             bent = self.about(si, active)

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.subsurface import DIVES
+
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the BSDFs for the active variant."""
@@ -80,12 +82,14 @@ def register(mi: Any, dr: Any) -> None:
                 candidate, weight = child.sample(ctx, si, place, sample2, mine)
                 if cursor is not None:
                     cursor.row = 0
-                candidate.pdf *= amount * scale
+                dives = (candidate.sampled_type & DIVES) != 0
+                candidate.pdf *= dr.select(dives, total, amount * scale)
                 drawn = dr.select(mine, candidate, drawn)
-                value = dr.select(mine, weight * total, value)
+                value = dr.select(mine, weight * dr.select(dives, 1.0, total), value)
             sharp = mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta) | mi.has_flag(
                 drawn.sampled_type, mi.BSDFFlags.Null
             )
+            sharp |= (drawn.sampled_type & DIVES) != 0
             blunt = dr.select(sharp, mi.Bool(False), mi.Bool(True))
             spread = active & blunt & (drawn.pdf > 0.0)
             every, density = self.weighed(ctx, si, drawn.wo, spread, scale)

@@ -104,3 +104,16 @@ class KeptEnergy:
         single, mean = self.single(roughness, cosine), self.mean(roughness, 0.5 + 0.0 * cosine)
         many = average_fresnel * mean / (1.0 - average_fresnel * (1.0 - mean))
         return 1.0 + many * (1.0 - single) / single
+
+
+def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:
+    """Reflectance of a metal and its hemispherical mean (Kutz, Hasan and Edmondson 2021, "Novel aspects of the Adobe
+    Standard Material", Eq. 3).
+    """
+    grazing = dr.clip(1.0 - facing, 0.0, 1.0)
+    # b is set so that at a cosine of 1 / 7 the reflectance is Schlick's times the tint
+    sixth = 6.0 / 7.0
+    b = (color + (1.0 - color) * sixth**5) * (7.0 / sixth**6) * (1.0 - edge_tint)
+    reflectance = color + (1.0 - color) * grazing**5 - b * facing * grazing**6
+    mean = color + (1.0 - color) / 21.0 - b / 126.0
+    return dr.clip(reflectance, 0.0, 1.0), dr.clip(mean, 0.0, 1.0)

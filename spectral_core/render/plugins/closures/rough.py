@@ -8,22 +8,9 @@ from typing import Any
 
 from spectral_core.render.plugins.closures import albedo
 from spectral_core.render.plugins.closures.matt import oren_nayar
-from spectral_core.render.plugins.closures.microfacet import AlbedoTable, KeptEnergy, Microfacets
+from spectral_core.render.plugins.closures.microfacet import AlbedoTable, KeptEnergy, Microfacets, f82
 from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
 from spectral_core.render.plugins.numbers import opaque_number
-
-
-def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:
-    """Reflectance of a metal and its hemispherical mean (Kutz, Hasan and Edmondson 2021, "Novel aspects of the Adobe
-    Standard Material", Eq. 3).
-    """
-    grazing = dr.clip(1.0 - facing, 0.0, 1.0)
-    # b is set so that at a cosine of 1 / 7 the reflectance is Schlick's times the tint
-    sixth = 6.0 / 7.0
-    b = (color + (1.0 - color) * sixth**5) * (7.0 / sixth**6) * (1.0 - edge_tint)
-    reflectance = color + (1.0 - color) * grazing**5 - b * facing * grazing**6
-    mean = color + (1.0 - color) / 21.0 - b / 126.0
-    return dr.clip(reflectance, 0.0, 1.0), dr.clip(mean, 0.0, 1.0)
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -169,6 +156,8 @@ def register(mi: Any, dr: Any) -> None:
             self.specular_tint = properties.get("specular_tint", None)
             self.edge_tint = properties.get("edge_tint", None)
             self.diffuse_roughness = properties.get("diffuse_roughness", None)
+            self.below = properties.get("subsurface", None)
+            self.below_weight = properties.get("subsurface_weight", None)
             self.specular_albedo = self.layer_albedo(ior, self.keeps_energy)
             self.coat_albedo = self.layer_albedo(coat_ior, True)
 
@@ -230,6 +219,25 @@ def register(mi: Any, dr: Any) -> None:
             chances = [chance / total for chance in chances]
             return color, metallic, roughness, below_coat, specular, chances, coat_weight, coat_roughness
 
+        def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bs, value = super().sample(ctx, hit, sample1, sample2, active)
+            if self.below is None:
+                return bs, value
+            si = with_valid_normal(mi, dr, hit)
+            wi = self.aligned(self.lobe_axes(si, active), self.turned(si, si.wi))
+            _, metallic, _, below_coat, specular, chances, _, _ = self.layers(si, wi, active)
+            start = chances[0] + chances[1] + chances[2]
+            share = self.share_below(si, active)
+            # of what is drawn as diffuse the first part goes below the surface
+            dives = active & (sample1 >= start) & (sample1 - start < chances[3] * share) & (wi.z > 0.0)
+            dive, color = self.below.sample(ctx, si, sample1, sample2, dives)
+            dive.pdf = dr.mean(below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular)) / dr.maximum(chances[3], 1e-9)
+            return dr.select(dives, dive, bs), dr.select(dives, color, value)
+
+        def share_below(self, si: Any, active: Any) -> Any:
+            """Share of the diffuse light that goes below the surface."""
+            return dr.clip(self.below_weight.eval_1(si, active), 0.0, 1.0)
+
         def draw(self, si: Any, wi: Any, samples: Any, active: Any) -> Any:
             _, _, roughness, _, _, chances, _, coat_roughness = self.layers(si, wi, active)
             sample1, sample2 = samples
@@ -259,14 +267,17 @@ def register(mi: Any, dr: Any) -> None:
             if self.diffuse_roughness is not None:
                 rough = dr.clip(self.diffuse_roughness.eval_1(si, active), 0.0, 1.0)
                 diffuse = dr.select(lambert > 0.0, oren_nayar(mi, dr, color, rough, wi, wo), 0.0)
-            value += (1.0 - metallic) * (1.0 - dr.max(specular)) * diffuse
+            above = mi.Float(1.0)
+            if self.below is not None:
+                above = 1.0 - self.share_below(si, active)
+            value += (1.0 - metallic) * (1.0 - dr.max(specular)) * above * diffuse
             if self.has_specular:
                 kept = mi.Float(1.0)
                 if self.keeps_energy:
                     kept = self.kept_energy(roughness, wi.z, self.tinted(si, mi.Float(self.ior_fresnel), active))
                 value += (1.0 - metallic) * self.tinted(si, mi.fresnel(facing, self.ior)[0], active) * kept * mirror
             value *= below_coat
-            density = (chances[1] + chances[2]) * mirror_density + chances[3] * lambert
+            density = (chances[1] + chances[2]) * mirror_density + chances[3] * above * lambert
             if self.coat_weight is not None:
                 coat, coat_density, facing = Microfacets(mi, dr, coat_roughness).reflection(wi, wo)
                 kept = self.kept_energy(coat_roughness, wi.z, mi.Float(self.coat_fresnel))

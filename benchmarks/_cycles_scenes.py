@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scenes of many kinds for the comparison with Cycles, built in Blender: interiors, many lamps, skies, glass, fog."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks.render_cycles import _camera, _light, _material, _object, _plane, _sky, _world
+
+DIFFUSE, GLASS, EMISSION = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlass", "ShaderNodeEmission"
+
+
+def _mesh(name: str, corners: Any, faces: Any, material: Any, location: tuple[float, float, float] = (0, 0, 0)) -> Any:
+    import bpy
+
+    data = bpy.data.meshes.new(name)
+    data.from_pydata(np.asarray(corners, float).tolist(), [], faces)
+    data.materials.append(material)
+    return _object(name, data, location)
+
+
+def _box(name: str, low: Any, high: Any, material: Any, *, without: tuple[int, ...] = ()) -> None:
+    """A box; ``without``: sides left open (0 to 5: -x, +x, -y, +y, -z, +z)."""
+    corners = np.array([[(low, high)[k >> 2 & 1][0], (low, high)[k >> 1 & 1][1], (low, high)[k & 1][2]]
+                        for k in range(8)])  # fmt: skip
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    _mesh(name, corners, [face for k, face in enumerate(faces) if k not in without], material)
+
+
+def _gray(value: float = 0.6) -> Any:
+    return _material(DIFFUSE, Color=(value, value, value, 1))
+
+
+def _sphere(at: tuple[float, float, float], radius: float, material: Any) -> None:
+    import bpy
+
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, location=at, radius=radius)
+    ball = bpy.context.object
+    ball.data.polygons.foreach_set("use_smooth", np.ones(len(ball.data.polygons), dtype=bool))
+    ball.data.materials.append(material)
+
+
+def _lamp(kind: str, energy: float, at: tuple[float, float, float], **values: Any) -> Any:
+    import bpy
+
+    data = bpy.data.lights.new(kind, kind)
+    data.energy = energy
+    for name, value in values.items():
+        setattr(data, name, value)
+    return _object(kind, data, at)
+
+
+def _room(*, open_side: tuple[int, ...]) -> None:
+    _box("room", (-2, -2, 0), (2, 4, 2.6), _gray(0.7), without=open_side)
+    _box("table", (-0.6, 1.2, 0), (0.6, 2.2, 0.7), _material(DIFFUSE, Color=(0.6, 0.3, 0.15, 1)))
+    _sphere((0, 1.7, 1.0), 0.3, _gray(0.8))
+
+
+def cornell() -> None:
+    """A box with a lamp in its ceiling."""
+    _room(open_side=(2,))
+    _lamp("AREA", 40, (0, 1.5, 2.55), size=0.8)
+    _camera((0, -5, 1.3), (1.5708, 0, 0), 50)
+
+
+def window() -> None:
+    """A room that only a window lights."""
+    _room(open_side=(0, 2))
+    _lamp("AREA", 200, (-2.6, 1.5, 1.6), size=2.0).rotation_euler = (0, -1.5708, 0)
+    _camera((0, -4, 1.3), (1.5708, 0, 0), 35)
+
+
+def glass() -> None:
+    """Glass balls under a sky."""
+    _plane(14, 0.6)
+    for k in range(3):
+        _sphere((1.3 * k - 1.3, 0, 0.6), 0.6, _material(GLASS, Roughness=0.0, IOR=1.45))
+    _world((0.6, 0.7, 0.9))
+    _lamp("AREA", 150, (1.5, -2, 4), size=1.5)
+    _camera((0, -6, 2.2), (1.3, 0, 0), 50)
+
+
+def _hall(count: int, radius: float) -> None:
+    rng = np.random.default_rng(5)
+    side = 12.0
+    _plane(2.4 * side, 0.5)
+    for _ in range(25):
+        x, y = rng.uniform(-side * 0.6, side * 0.6, 2)
+        height = rng.uniform(0.3, 1.5)
+        _box("block", (x - 0.4, y - 0.4, 0), (x + 0.4, y + 0.4, height), _gray(0.5))
+    places = rng.uniform((-side, -side, 0.6), (side, side, 2.5), (count, 3))
+    for place in places:
+        _lamp("POINT", 3000.0 / count * float(10 ** rng.uniform(-0.7, 0.7)), tuple(place), shadow_soft_size=radius)
+    _camera((0, -16, 7), (1.15, 0, 0), 35)
+
+
+def hundred_lamps() -> None:
+    """A hundred balls of light over blocks."""
+    _hall(100, 0.1)
+
+
+def ten_thousand_lamps() -> None:
+    """Ten thousand small balls of light."""
+    _hall(10_000, 0.02)
+
+
+def hdri() -> None:
+    """Objects under an image of a sky with a bright spot."""
+    _plane(12, 0.5)
+    _sphere((-0.8, 0, 0.7), 0.7, _gray(0.7))
+    _sphere((0.9, 0.2, 0.7), 0.7, _material("ShaderNodeBsdfAnisotropic", Color=(0.8, 0.7, 0.5, 1), Roughness=0.3))
+    _world((1, 1, 1), _sky(), 0.5)
+    _camera((0, -6, 2.2), (1.3, 0, 0), 50)
+
+
+def sun_and_sky() -> None:
+    """Blocks under a sun and an even sky."""
+    _plane(30, 0.5)
+    for k in range(5):
+        _box("block", (k * 1.5 - 3.6, -0.5, 0), (k * 1.5 - 2.6, 0.5, 0.6 + 0.4 * k), _gray(0.6))
+    _light("SUN", 3, angle=0.01)
+    _world((0.3, 0.45, 0.8))
+    _camera((0, -9, 3.5), (1.25, 0, 0), 45)
+
+
+def glowing_meshes() -> None:
+    """Rings and balls that glow, among blocks."""
+    import bpy
+
+    _plane(14, 0.5)
+    for k in range(4):
+        glow = _material(EMISSION, Color=(1, 0.8 - 0.15 * k, 0.3 + 0.2 * k, 1), Strength=6.0)
+        if k % 2:
+            _sphere((2.0 * k - 3, 0.5, 0.9), 0.25, glow)
+        else:
+            bpy.ops.mesh.primitive_torus_add(location=(2.0 * k - 3, 0.5, 1.0), major_radius=0.5, minor_radius=0.06)
+            bpy.context.object.data.materials.append(glow)
+        _box("block", (2.0 * k - 3.3, -0.8, 0), (2.0 * k - 2.7, -0.2, 0.5), _gray(0.6))
+    _camera((0, -8, 3), (1.25, 0, 0), 45)
+
+
+def caustics() -> None:
+    """A glass ball whose light gathers on the floor under a large lamp."""
+    _plane(12, 0.7)
+    _sphere((0, 0, 1), 0.7, _material(GLASS, Roughness=0.1, IOR=1.5))
+    _lamp("AREA", 200, (0, 0, 5), size=2.0)
+    _camera((0, -6, 3), (1.15, 0, 0), 50)
+
+
+def fog() -> None:
+    """A ball and a lamp in fog."""
+    from blender_addon import compat
+
+    _plane(12, 0.5)
+    _sphere((0, 0, 0.7), 0.6, _gray(0.7))
+    medium = _material(DIFFUSE)
+    tree = compat.use_nodes(medium)
+    tree.nodes.clear()
+    scatter, output = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
+    scatter.inputs["Density"].default_value = 0.15
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    _box("fog", (-4, -3, 0.01), (4, 3, 4), medium)
+    _lamp("POINT", 300, (1.5, -0.5, 2.5), shadow_soft_size=0.2)
+    _camera((0, -7, 2.5), (1.25, 0, 0), 50)
+
+
+SCENES: dict[str, Callable[[], None]] = {
+    "Cornell box": cornell,
+    "interior, window": window,
+    "glass": glass,
+    "100 lamps": hundred_lamps,
+    "10,000 lamps": ten_thousand_lamps,
+    "HDRI": hdri,
+    "sun and sky": sun_and_sky,
+    "glowing meshes": glowing_meshes,
+    "caustics": caustics,
+    "fog": fog,
+}

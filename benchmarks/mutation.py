@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mutants drawn at random in palette, volume, board and relight: how many do the rooms' own tests catch?
+
+A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
+out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in
+all, and the first seed (60 and 0; 4 with ``--quick``). Mutants within docstrings, messages and imports are not drawn.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from benchmarks import Options
+
+ROOT = Path(__file__).parents[1]
+ROOMS = {
+    "spectral_core/palette": ["tests/palette", "tests/palette_models"],
+    "spectral_core/volume": ["tests/volume", "tests/volume_scene", "tests/volume_files", "tests/volume_analysis"],
+    "spectral_core/explore/board": ["tests/board"],
+    "spectral_core/render/relight": ["tests/relight"],
+}
+SECONDS = 900
+"""A mutant whose tests take longer has made a loop endless: caught."""
+WANTED = 0.85
+SWAPPED: dict[type, type] = {
+    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt,
+    ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
+    ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
+}  # fmt: skip
+
+
+def run(options: Options) -> dict:
+    """Print and return which mutants survived."""
+    count = int(options.extra[0]) if options.extra else 4 if options.quick else 60
+    first = int(options.extra[1]) if len(options.extra) > 1 else 0
+    tally: Counter[str] = Counter()
+    survivors = []
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        copied = _copied(Path(folder))
+        for seed in range(first, first + count):
+            room = list(ROOMS)[seed % len(ROOMS)]
+            path, text, what = drawn(room, random.Random(seed))
+            target, kept = copied / path, (copied / path).read_text("utf-8")
+            target.write_text(text, "utf-8")
+            is_caught = _is_caught(copied, room, path)
+            target.write_text(kept, "utf-8")
+            tally["caught" if is_caught else "survived"] += 1
+            print(f"{'caught  ' if is_caught else 'SURVIVED'} seed {seed}: {path}:{what}", flush=True)
+            if not is_caught:
+                survivors.append(f"{path}:{what}")
+    share = tally["caught"] / max(count, 1)
+    print(f"{count} mutants: {tally['caught']} caught ({100 * share:.0f} %)")
+    return {
+        "mutants": count,
+        "caught": tally["caught"],
+        "survivors": survivors,
+        "holds": {f"at least {100 * WANTED:.0f} % of mutants are caught": share >= WANTED},
+    }
+
+
+def drawn(room: str, rng: random.Random) -> tuple[Path, str, str]:
+    """A mutant of a room: its path, its text, and in words what was changed.
+
+    Files weigh as many places as they have, so that each place is as likely as any other.
+    """
+    places: list[tuple[Path, int]] = []
+    for path in sorted((ROOT / room).rglob("*.py")):
+        tree = ast.parse(path.read_text("utf-8"))
+        places += [(path.relative_to(ROOT), number) for number in range(len(list(_mutations(tree))))]
+    path, number = rng.choice(places)
+    tree = ast.parse((ROOT / path).read_text("utf-8"))
+    line, words, mutate = list(_mutations(tree))[number]
+    mutate()
+    return path, ast.unparse(ast.fix_missing_locations(tree)) + "\n", f"{line}: {words}"
+
+
+Mutation = tuple[int, str, Callable[[], None]]
+
+
+def _mutations(tree: ast.Module) -> Iterator[Mutation]:
+    """All places that can be changed, with the line, what is done, and a function that does it to the tree."""
+    inside: set[int] = set()
+    for node in ast.walk(tree):
+        if _is_skipped(node):
+            inside.update(id(each) for each in ast.walk(node))
+    for node in ast.walk(tree):
+        if id(node) in inside:
+            continue
+        yield from _of_expression(node)
+        yield from _of_body(node, inside)
+
+
+def _is_skipped(node: ast.AST) -> bool:
+    """Messages, annotations and imports: no test should depend on their letters."""
+    if isinstance(node, ast.Raise | ast.Import | ast.ImportFrom | ast.JoinedStr | ast.AnnAssign):
+        return not (isinstance(node, ast.AnnAssign) and node.value is not None)
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
+def _of_expression(node: ast.AST) -> Iterator[Mutation]:
+    if isinstance(node, ast.BinOp | ast.BoolOp | ast.AugAssign) and type(node.op) in SWAPPED:
+        new = SWAPPED[type(node.op)]
+        yield node.lineno, f"{type(node.op).__name__} → {new.__name__}", lambda: setattr(node, "op", new())
+    if isinstance(node, ast.Compare) and type(node.ops[0]) in SWAPPED:
+        comparison = SWAPPED[type(node.ops[0])]
+        yield (
+            node.lineno,
+            f"{type(node.ops[0]).__name__} → {comparison.__name__}",
+            lambda: node.ops.__setitem__(0, comparison()),
+        )
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        value = node.value
+        # 2 for 1, 1 for 0; floats by a factor that no tolerance forgives.
+        other = value + 1 if isinstance(value, int) else value * 3.0 + (value == 0.0)
+        yield node.lineno, f"{value} → {other}", lambda: setattr(node, "value", other)
+    if isinstance(node, ast.If | ast.IfExp):
+        yield node.lineno, "condition turned round", lambda: setattr(node, "test", ast.UnaryOp(ast.Not(), node.test))
+
+
+def _of_body(node: ast.AST, inside: set[int]) -> Iterator[Mutation]:
+    """Statements that are left out: calls and assignments that change something."""
+    body = getattr(node, "body", None)
+    if not isinstance(body, list) or isinstance(node, ast.ClassDef | ast.Module):
+        return
+    for number, statement in enumerate(body):
+        is_call = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call)
+        if id(statement) not in inside and (is_call or isinstance(statement, ast.AugAssign)):
+            text = ast.unparse(statement).split("\n")[0][:60]
+
+            def leave_out(body: list[ast.stmt] = body, number: int = number) -> None:
+                body[number] = ast.copy_location(ast.Pass(), body[number])
+
+            yield statement.lineno, f"left out: {text}", leave_out
+
+
+def _copied(folder: Path) -> Path:
+    """A copy of what the tests need."""
+    target = folder / "tree"
+    target.mkdir()
+    for name in ("spectral_core", "blender_addon", "benchmarks", "tests", "examples", "docs", "scripts"):
+        shutil.copytree(ROOT / name, target / name, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
+    for name in ("pyproject.toml", "README.md", "CHANGELOG.md"):
+        shutil.copy2(ROOT / name, target / name)
+    return target
+
+
+def _is_caught(tree: Path, room: str, path: Path) -> bool:
+    """Whether a test of the room fails; those whose names share a word with the file come first."""
+    files = [test for folder in ROOMS[room] for test in sorted((tree / folder).rglob("test_*.py"))]
+    words = set(path.with_suffix("").parts[2:]) | {
+        word for part in path.with_suffix("").parts for word in part.split("_")
+    }
+    files.sort(key=lambda test: -len(words & set(test.stem.split("_"))))
+    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *map(str, files)]
+    try:
+        done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return True
+    return done.returncode not in (0, 5)

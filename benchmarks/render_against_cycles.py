@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Time to the same error as Cycles, RGB, on the same machine in one run, for ten kinds of scenes.
+
+Each engine renders each scene at one number of samples, after a render that warms it, and its error is the relative
+mean square error against its own converged picture: (x - r)² / (r² + (mean r / 10)²), the worst 0.1 % of pixels left
+out. Error falls as one over time, so the ratio of times at equal error is (ours · our error) / (Cycles' · its error).
+Neither engine denoises, clamps or ends paths before 12 bounces. Times are of the whole render command. Names of scenes
+as further arguments render those alone.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import Options
+
+BOUNCES = 12
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Print the table and return it."""
+    import bpy
+
+    import blender_addon
+    from benchmarks._cycles_scenes import SCENES
+
+    if not hasattr(bpy.types.Scene, "spectral"):
+        blender_addon.register()
+    size, samples, many = ((96, 54), 16, 512) if options.quick else ((240, 135), 64, 2048)
+    figures: dict[str, Any] = {}
+    print(f"{'scene':18} {'ours s':>7} {'Cycles s':>8} {'our error':>10} {'its error':>10} {'ratio':>6}")
+    for name in options.extra or SCENES:
+        _prepare(size)
+        SCENES[name]()
+        ours, cycles = (_figures(engine, samples, many) for engine in ("SPECTRAL", "CYCLES"))
+        ratio = ours[0] * ours[1] / (cycles[0] * cycles[1])
+        figures[name] = {
+            "ours_s": ours[0],
+            "cycles_s": cycles[0],
+            "our_error": ours[1],
+            "cycles_error": cycles[1],
+            "mean_difference": ours[2] / cycles[2] - 1,
+            "ratio": ratio,
+        }
+        print(f"{name:18} {ours[0]:7.2f} {cycles[0]:8.2f} {ours[1]:10.5f} {cycles[1]:10.5f} {ratio:6.2f}", flush=True)
+    ratios = [row["ratio"] for row in figures.values()]
+    print(f"median ratio {np.median(ratios):.2f}, largest {max(ratios):.2f}")
+    return {"scenes": figures, "median": float(np.median(ratios)), "largest": float(max(ratios))}
+
+
+def holds(figures: dict[str, Any]) -> dict[str, bool]:
+    """Claims of the documentation."""
+    return {
+        "at most half of Cycles' time in the median": figures["median"] <= 0.5,
+        "never more than Cycles' time": figures["largest"] <= 1.0,
+    }
+
+
+def _prepare(size: tuple[int, int]) -> None:
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    cycles = scene.cycles
+    cycles.use_denoising = cycles.use_adaptive_sampling = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = BOUNCES
+    cycles.volume_bounces = BOUNCES
+
+
+def _figures(engine: str, samples: int, many: int) -> tuple[float, float, float]:
+    """Seconds, error, and mean of the converged picture."""
+    _render(engine, 1, 9)  # loads and compiles
+    reference, _ = _render(engine, many, 1)
+    picture, seconds = _render(engine, samples, 2)
+    square = (picture - reference) ** 2 / (reference**2 + (0.1 * reference.mean()) ** 2)
+    error = np.sort(square.mean(axis=2).ravel())
+    return seconds, float(error[: max(1, int(error.size * 0.999))].mean()), float(reference.mean())
+
+
+def _render(engine: str, samples: int, seed: int) -> tuple[NDArray[np.float64], float]:
+    """A picture (height, width, 3) and the seconds that the render command took."""
+    import bpy
+
+    from blender_addon import compat
+
+    scene = bpy.context.scene
+    scene.render.engine = engine
+    scene.cycles.samples = scene.spectral.render.samples = samples
+    scene.cycles.seed = scene.spectral.render.seed = seed
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.filepath = str(Path(folder) / "frame.exr")
+        compat.set_image_format(scene.render.image_settings, "OPEN_EXR", color_depth="32", color_mode="RGBA")
+        start = time.perf_counter()
+        bpy.ops.render.render(write_still=True)
+        seconds = time.perf_counter() - start
+        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
+        pixels = np.array(image.pixels[:]).reshape(*reversed(image.size[:]), 4)
+        bpy.data.images.remove(image)
+    return pixels[..., :3].astype(np.float64), seconds

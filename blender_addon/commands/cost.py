@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Say what accuracy costs in a .blend file: error against time, measured on some of its pixels and predicted."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from pathlib import Path
+
+from . import _blend
+from .plan import translated_scene
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    _blend.add_scene_arguments(parser)
+    _blend.add_accuracy_arguments(parser)
+    parser.add_argument("--plot", type=Path, metavar="FILE.svg", help="also draw error over time, both logarithmic")
+    parser.add_argument(
+        "--axis", default="samples", help="what the plot is of: samples, bounces, transport, volume step"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the table, then what the file's settings lead to."""
+    from spectral_core.files.whole import write_text
+    from spectral_core.render import RenderProcess
+    from spectral_core.render.cost.curve import plot_svg, table
+
+    with _blend.chatter_to_stderr():
+        _blend.open_scene(arguments)
+        scene = translated_scene(arguments)
+    with RenderProcess() as process:
+        curve = process.cost_curve(scene)
+    print(table(curve))
+    print(f"measured on {curve.probe_pixels} pixels in {curve.seconds:.1f} s")
+    if arguments.plot is not None:
+        write_text(arguments.plot, plot_svg(curve, arguments.axis))
+        print(f"{arguments.plot}: error over time")
+    if arguments.json:
+        report = {
+            "points": [dataclasses.asdict(point) for point in curve.points],
+            "now": dataclasses.asdict(curve.now),
+            "at_error_1": dataclasses.asdict(curve.at_error),
+            "probe_pixels": curve.probe_pixels,
+            "seconds": curve.seconds,
+        }
+        print(json.dumps(report))
+    return 0

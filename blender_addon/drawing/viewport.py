@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts a picture of the live renderer into a 3D view, in the display's colors, and a word where there is trouble."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.live.link import Shown
+
+LARGEST_HALF = 65504.0
+"""The greatest number of 16 bits: more would be infinite on the graphics card."""
+WARNING = (1.0, 0.62, 0.25, 1.0)
+PLATE = (0.05, 0.05, 0.06, 0.85)
+
+
+class Canvas:
+    """The texture of one view; it is made again only where there is a new picture."""
+
+    def __init__(self) -> None:
+        self._texture: Any = None
+        self._shown: Any = None
+        self._size = (1, 1)
+
+    def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> None:
+        """Take a picture over to the graphics card."""
+        import gpu
+
+        key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
+        if self._shown is not None and self._shown[0] is shown and self._shown[1] == key[1]:
+            return
+        pixels = np.minimum(shown.pixels, np.float32(LARGEST_HALF))
+        if working_from_rgb is not None:
+            pixels[..., :3] = np.minimum(pixels[..., :3] @ working_from_rgb.T.astype(np.float32), LARGEST_HALF)
+        if not transparent:
+            pixels[..., 3] = 1.0
+        height, width = pixels.shape[:2]
+        data = gpu.types.Buffer("FLOAT", pixels.size, np.ascontiguousarray(pixels).ravel())
+        self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=data)
+        self._shown, self._size = key, (width * shown.frame.level, height * shown.frame.level)
+
+    def draw(self, engine: Any, scene: Any, clip: tuple[int, int, int, int] | None = None) -> None:
+        """Draw the picture over the region. ``clip``: left, bottom, width, height of what is drawn, None for all."""
+        if self._texture is None:
+            return
+        import gpu
+        from gpu_extras.presets import draw_texture_2d
+
+        gpu.state.blend_set("ALPHA_PREMULT")
+        if clip is not None:
+            gpu.state.scissor_test_set(True)
+            gpu.state.scissor_set(*clip)
+        engine.bind_display_space_shader(scene)
+        draw_texture_2d(self._texture, (0, 0), *self._size)
+        engine.unbind_display_space_shader()
+        if clip is not None:
+            gpu.state.scissor_test_set(False)
+        gpu.state.blend_set("NONE")
+
+
+def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float) -> None:
+    """The line between the sides of a split view, and under which light each is."""
+    import blf
+
+    from .overlay import FONT, draw_line, draw_triangles, write
+
+    draw_line(np.array([(middle, 0), (middle, region.height)], np.float32), (1.0, 1.0, 1.0, 0.9), 2 * scale)
+    blf.size(FONT, 13 * scale)
+    for name, is_left in zip(names, (True, False), strict=True):
+        width, pad, base = blf.dimensions(FONT, name)[0], 8 * scale, 24 * scale
+        start = middle - width - 2 * pad if is_left else middle + 2 * pad
+        low, high, left, right = base - 6 * scale, base + 14 * scale, start - pad / 2, start + width + pad / 2
+        corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
+        draw_triangles(np.array(corners, np.float32), PLATE)
+        write(name, start, base, (1.0, 1.0, 1.0, 0.95))
+
+
+def draw_message(text: str, region: Any, scale: float) -> None:
+    """A line or two of text on a plate in the middle of the view."""
+    import blf
+
+    from .overlay import FONT, draw_triangles, write
+
+    blf.size(FONT, 13 * scale)
+    lines = wrapped_words(text, max(12, int(region.width / (8 * scale))))
+    height = 20 * scale
+    middle, top = region.width / 2, region.height / 2 + height * len(lines) / 2
+    wide = max(blf.dimensions(FONT, line)[0] for line in lines) / 2 + 12 * scale
+    left, right, low, high = middle - wide, middle + wide, top - height * len(lines) - 8 * scale, top + 8 * scale
+    corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
+    draw_triangles(np.array(corners, np.float32), PLATE)
+    for number, line in enumerate(lines):
+        width = blf.dimensions(FONT, line)[0]
+        write(line, middle - width / 2, top - height * (number + 0.8), WARNING)
+
+
+def wrapped_words(text: str, longest: int) -> list[str]:
+    """Lines of at most so many letters; a word is never cut."""
+    lines = [""]
+    for word in text.split():
+        if lines[-1] and len(lines[-1]) + 1 + len(word) > longest:
+            lines.append(word)
+        else:
+            lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One 3D view in Rendered mode: edits go to the live renderer, its pictures come back."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import SpectralError
+from spectral_core.render.live.link import LiveLink, Shown
+from spectral_core.render.live.view import Viewpoint, ViewRequest
+from spectral_core.scene import Camera, Film, Scene
+from spectral_core.scene.look import Look
+
+from ... import jobs
+from ...properties.hooks import Topic, ignore, listen
+from ...translate.scene import translate_scene
+from ...translate.viewport.kept import Kept
+from ...translate.viewport.look import look_of
+from ...translate.viewport.viewpoint import viewpoint_of
+from ...translate.visibility import cycles_settings
+
+FIRST_WAIT_S = 0.1
+"""How long a redraw waits for the first picture of a change: a later one would need another redraw."""
+_names = itertools.count(1)
+
+
+@dataclass
+class _Stage:
+    """What several views of one scene share. ``users``: names of the views."""
+
+    kept: Kept = field(default_factory=Kept)
+    users: set[str] = field(default_factory=set)
+
+
+_stages: dict[str, _Stage] = {}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a side of a view draws: the latest picture, if there is one, and a word on trouble.
+
+    ``matrix``: (3, 3) from its linear sRGB to what is shown: exposure and adaptation of its look.
+    """
+
+    shown: Shown | None
+    is_current: bool
+    trouble: str = ""
+    matrix: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+
+
+@dataclass
+class _Side:
+    """One picture of a view: the whole of it, or the side of a split one."""
+
+    name: str
+    look: Look = field(default_factory=Look)
+    key: tuple[Any, ...] = ()
+    viewpoint: Viewpoint | None = None
+    generation: int = 0
+    is_changed: bool = True
+
+
+class ViewSession:
+    """The view of one engine. ``redraw``: asks Blender to draw it again; called from another thread."""
+
+    def __init__(self, redraw: Callable[[], None]) -> None:
+        self.name = f"view {next(_names)}"
+        self._redraw = redraw
+        self._stage = ""
+        self._sides: list[_Side] = []
+        self._trouble = ""
+
+    @property
+    def link(self) -> LiveLink:
+        """The session's renderer."""
+        return jobs.live()
+
+    def update(self, context: Any, depsgraph: Any) -> None:
+        """Send what an edit has changed. Called on the main thread, where alone the depsgraph may be read."""
+        stage = self._enter(context, depsgraph)
+        _stages[stage].kept.forget(depsgraph.updates)
+        settings = depsgraph.scene.spectral.viewport
+        try:
+            scene = self._translated(context, depsgraph, _stages[stage].kept)
+            chosen = [settings.look, settings.other][: 2 if settings.is_split else 1]
+            looks = [look_of(look, depsgraph.scene) for look in chosen]
+        except SpectralError as error:
+            self._trouble = str(error)
+            return
+        self._trouble = ""
+        for side in self._sides[len(looks) :]:
+            self.link.close_view(side.name)
+            self.link.drop(self._stage_of(side))
+        self._sides = self._sides[: len(looks)]
+        for number, look in enumerate(looks):
+            if number == len(self._sides):
+                self._sides.append(_Side(f"{self.name}.{number}"))
+            side = self._sides[number]
+            side.look = look
+            side.is_changed |= self.link.show(self._stage_of(side), look.on(scene))
+
+    def _stage_of(self, side: _Side) -> str:
+        """The left side of every view shows the same scene, the right side another."""
+        return f"{self._stage}.{side.name.rpartition('.')[2]}"
+
+    def _enter(self, context: Any, depsgraph: Any) -> str:
+        """The stage of this view, which it shares with all that show the same objects."""
+        space = context.space_data
+        is_local = space.local_view is not None or space.use_local_collections
+        own = f"/{self.name}" if is_local else ""
+        stage = f"{depsgraph.scene.session_uid}/{depsgraph.view_layer.name}{own}"
+        if stage != self._stage:
+            self.leave()
+            self._stage = stage
+            _stages.setdefault(stage, _Stage()).users.add(self.name)
+        return stage
+
+    def _translated(self, context: Any, depsgraph: Any, kept: Kept) -> Scene:
+        space, source = context.space_data, depsgraph.scene_eval
+        is_local = space.local_view is not None or space.use_local_collections
+
+        def shows(instance: Any) -> bool:
+            owner = instance.parent if instance.is_instance and instance.parent else instance.object
+            return not is_local or bool(owner.original.visible_in_viewport_get(space))
+
+        film = Film(
+            960, 540, samples=1, seed=source.spectral.render.seed, transparent=source.render.film_transparent,
+            filter_width=min(max(float(source.render.filter_size), 0.01), 10.0),
+        )  # fmt: skip
+        camera = Camera(world_from_camera=np.eye(4))  # what a view looks through is asked for with each picture
+        return translate_scene(depsgraph, film=film, seen_from=camera, shows=shows, kept=kept)
+
+    def look(self, context: Any, depsgraph: Any) -> list[Picture]:
+        """The pictures to draw now, from left to right; asks for new ones where anything has changed."""
+        if not self._stage:
+            self.update(context, depsgraph)
+        if self._trouble or not self._sides:
+            shown = self.link.latest(self._sides[0].name) if self._sides else None
+            return [Picture(shown, is_current=False, trouble=self._trouble)]
+        settings = depsgraph.scene.spectral.viewport
+        if not settings.is_paused:
+            asked = [side for side in self._sides if self._ask(side, context, depsgraph)]
+            end = time.monotonic() + FIRST_WAIT_S
+            for side in asked:
+                self.link.wait(side.name, side.generation, max(0.0, end - time.monotonic()))
+        return [self._picture(side) for side in self._sides]
+
+    def _picture(self, side: _Side) -> Picture:
+        shown = self.link.latest(side.name)
+        is_current = shown is not None and shown.frame.generation >= side.generation
+        return Picture(shown, is_current, self.link.trouble(side.name), side.look.picture_matrix)
+
+    def _ask(self, side: _Side, context: Any, depsgraph: Any) -> bool:
+        """Ask for another picture of a side where it would differ from the last."""
+        space, region = context.space_data, context.region
+        camera = space.camera if space.use_local_camera and space.camera else depsgraph.scene.camera
+        seen = None if camera is None else camera.evaluated_get(depsgraph)
+        viewpoint = viewpoint_of(context.region_data, space, seen)
+        exposure = float(cycles_settings(depsgraph.scene_eval, "film_exposure", 1.0))
+        samples, stage = depsgraph.scene.spectral.viewport.samples, self._stage_of(side)
+        key = (region.width, region.height, samples, exposure, stage)
+        if key == side.key and viewpoint.same_as(side.viewpoint) and not side.is_changed:
+            return False
+        request = ViewRequest(stage, viewpoint, region.width, region.height, samples, 0, exposure)
+        side.generation = self.link.look(side.name, request, self._redraw)
+        side.key, side.viewpoint, side.is_changed = key, viewpoint, False
+        return True
+
+    def fail(self, text: str) -> None:
+        """Show a text in place of a picture until the next edit."""
+        self._trouble = text
+
+    def leave(self) -> None:
+        """Trace this view no more."""
+        stage = _stages.get(self._stage)
+        if stage is None:
+            return
+        for side in self._sides:
+            self.link.close_view(side.name)
+        stage.users.discard(self.name)
+        if not stage.users:
+            del _stages[self._stage]
+            for side in self._sides:
+                self.link.drop(self._stage_of(side))
+        self._stage, self._sides = "", []
+
+
+def register() -> None:
+    """Follow the viewport's settings."""
+    listen(Topic.VIEWPORT, redraw_all)
+
+
+def unregister() -> None:
+    """Follow them no more."""
+    ignore(Topic.VIEWPORT)
+    _stages.clear()
+
+
+def redraw_all(_properties: Any = None) -> None:
+    """Draw every 3D view again, after a setting has changed."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Look under a light with one click, and drag the divider of a split view."""
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy.types import Context, Event
+
+from ...properties.viewport import LOOKS
+
+GRIP_PIXELS = 12.0
+"""How near to the divider a press must be to take hold of it."""
+
+
+class SPECTRAL_OT_look_under(bpy.types.Operator):
+    """Look at the scene under this light, in Rendered viewports and in renders; once more for the scene as it is"""
+
+    bl_idname = "spectral.look_under"
+    bl_label = "Look Under"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: EnumProperty(items=LOOKS, name="Look")
+    name: StringProperty(name="Name", description="Name of the palette light, light group or lamp")
+    side: EnumProperty(
+        items=[("look", "Left", "The whole view, or its left side"), ("other", "Right", "The right side")], name="Side"
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        """Set the look."""
+        look = getattr(context.scene.spectral.viewport, self.side)
+        if self.kind == look.kind and (self.kind == "SCENE" or getattr(look, self.kind.lower()) == self.name):
+            look.kind = "SCENE"
+            return {"FINISHED"}
+        if self.kind != "SCENE":
+            setattr(look, self.kind.lower(), self.name)
+        look.kind = self.kind
+        return {"FINISHED"}
+
+
+class SPECTRAL_OT_look_split(bpy.types.Operator):
+    """Show the scene under two lights side by side: the one that is chosen, and another"""
+
+    bl_idname = "spectral.look_split"
+    bl_label = "Split View"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: Context) -> set[str]:
+        """Split the view, or make it whole again."""
+        settings = context.scene.spectral.viewport
+        settings.is_split = not settings.is_split
+        if settings.is_split and settings.look.kind == settings.other.kind == "SCENE":
+            columns = context.scene.spectral.palette.lights.keys()
+            for look, name in zip((settings.look, settings.other), columns, strict=False):
+                look.column, look.kind = name, "COLUMN"
+            if len(columns) < 2:
+                settings.other.lamp, settings.other.kind = "HP1", "LAMP"
+        return {"FINISHED"}
+
+
+class SPECTRAL_OT_look_divide(bpy.types.Operator):
+    """Drag the divider of a split view"""
+
+    bl_idname = "spectral.look_divide"
+    bl_label = "Drag Divider"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """Only over a view that is split."""
+        space = context.space_data
+        return (
+            context.engine == "SPECTRAL"
+            and context.scene.spectral.viewport.is_split
+            and space is not None
+            and space.type == "VIEW_3D"
+            and space.shading.type == "RENDERED"
+        )
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        """Take hold of the divider, where the press is near it."""
+        region, settings = context.region, context.scene.spectral.viewport
+        scale = context.preferences.system.ui_scale
+        if region.type != "WINDOW" or abs(event.mouse_region_x - settings.divider * region.width) > GRIP_PIXELS * scale:
+            return {"PASS_THROUGH"}
+        self.before = settings.divider
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        """Follow the mouse until it is let go."""
+        settings = context.scene.spectral.viewport
+        if event.type == "MOUSEMOVE":
+            settings.divider = min(max(event.mouse_region_x / max(context.region.width, 1), 0.0), 1.0)
+        elif event.type in ("ESC", "RIGHTMOUSE"):
+            settings.divider = self.before
+            return {"CANCELLED"}
+        elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
+            return {"FINISHED"}
+        return {"RUNNING_MODAL"}
+
+
+CLASSES = (SPECTRAL_OT_look_under, SPECTRAL_OT_look_split, SPECTRAL_OT_look_divide)
+_keys: list = []
+
+
+def register() -> None:
+    """Register the operators, and the press that takes hold of a divider."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    manager = bpy.context.window_manager
+    keys = manager.keyconfigs.addon if manager is not None and manager.keyconfigs else None
+    if keys is not None:
+        keymap = keys.keymaps.new(name="3D View", space_type="VIEW_3D")
+        _keys.append((keymap, keymap.keymap_items.new("spectral.look_divide", "LEFTMOUSE", "PRESS", head=True)))
+
+
+def unregister() -> None:
+    """Take all of it away."""
+    while _keys:
+        keymap, item = _keys.pop()
+        keymap.keymap_items.remove(item)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Under which light the scene is looked at, and what a 3D view in Rendered mode has in its header."""
+
+import bpy
+from bpy.types import Context, PropertyGroup, UILayout
+
+
+class SPECTRAL_PT_look(bpy.types.Panel):
+    """Look at the scene under one light or two, in Rendered viewports and in renders"""
+
+    bl_label = "Look Under"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Spectral"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """Only for this engine."""
+        return context.engine == "SPECTRAL"
+
+    def draw(self, context: Context) -> None:
+        """Draw one look, or two where the view is split."""
+        settings, layout = context.scene.spectral.viewport, self.layout
+        layout.operator("spectral.look_split", icon="MOD_MIRROR", depress=settings.is_split)
+        draw_look(layout, context, settings.look, "look")
+        if settings.is_split:
+            layout.separator()
+            draw_look(layout, context, settings.other, "other")
+            layout.prop(settings, "divider", slider=True)
+        layout.separator()
+        column = layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(settings, "samples")
+        column.prop(settings, "preview_lamp")
+
+
+def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str) -> None:
+    """A look: one button for the scene as it is and for each light of the palette, and what else may be chosen."""
+    column = layout.column(align=True)
+    grid = column.grid_flow(columns=2, align=True)
+    plain = grid.operator("spectral.look_under", text="As It Is", depress=look.kind == "SCENE")
+    plain.kind, plain.side = "SCENE", side
+    for light in context.scene.spectral.palette.lights:
+        is_on = look.kind == "COLUMN" and look.column == light.name
+        button = grid.operator("spectral.look_under", text=light.name, depress=is_on)
+        button.kind, button.name, button.side = "COLUMN", light.name, side
+    column.prop(look, "kind", text="")
+    if look.kind == "LAMP":
+        column.prop(look, "lamp", text="")
+    elif look.kind == "GROUP":
+        column.prop_search(look, "group", context.view_layer, "lightgroups", text="")
+    elif look.kind == "COLUMN":
+        column.prop_search(look, "column", context.scene.spectral.palette, "lights", text="")
+    row = column.row(align=True)
+    row.prop(look, "exposure")
+    row.prop(look, "adapts", text="", icon="HIDE_OFF")
+
+
+def draw_header(header: bpy.types.Header, context: Context) -> None:
+    """Pause, where the view is rendered by this engine."""
+    if context.engine != "SPECTRAL" or context.space_data.shading.type != "RENDERED":
+        return
+    settings = context.scene.spectral.viewport
+    header.layout.prop(settings, "is_paused", text="", icon="PLAY" if settings.is_paused else "PAUSE")
+
+
+def register() -> None:
+    """Add the panel, and the button in the header of 3D views."""
+    bpy.utils.register_class(SPECTRAL_PT_look)
+    bpy.types.VIEW3D_HT_header.append(draw_header)
+
+
+def unregister() -> None:
+    """Take them away."""
+    bpy.types.VIEW3D_HT_header.remove(draw_header)
+    bpy.utils.unregister_class(SPECTRAL_PT_look)

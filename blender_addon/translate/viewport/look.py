@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Under which light a scene is looked at: a light of the palette, a light group, a lamp of the catalogue."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene import Scene
+from spectral_core.scene.look import Look
+from spectral_core.spectra.spectrum import Spectrum
+
+from ..spectra import catalogue, stored
+
+PREVIEW_SAMPLES = 16
+"""Light paths per pixel of a preview: an icon is small, and a panel's picture is looked at for a second."""
+
+
+def look_of(settings: Any, scene: Any) -> Look:
+    """The look that ``settings`` (a SpectralLook) name in a Blender scene.
+
+    Raises InvalidInputError or UnknownNameError, with a remedy, where what they name is not there.
+    """
+    look = Look(exposure_stops=float(settings.exposure), adapts=bool(settings.adapts))
+    if settings.kind == "LAMP":
+        return replace(look, spectrum=catalogue.named("illuminant", settings.lamp))
+    if settings.kind == "GROUP":
+        if not settings.group:
+            raise InvalidInputError("no light group is chosen to look under; choose one, or look at it As It Is")
+        return replace(look, group=settings.group)
+    if settings.kind == "COLUMN":
+        return _under_column(look, settings.column, scene)
+    return look
+
+
+def _under_column(look: Look, name: str, scene: Any) -> Look:
+    """The lamps that a light of the palette stands for, alone; all of them where it stands for none of its own."""
+    columns = scene.spectral.palette.lights
+    column = columns.get(name)
+    if column is None:
+        known = ", ".join(columns.keys()) or "none"
+        raise InvalidInputError(f"the palette has no light {name!r} to look under; it has {known}")
+    lamps = _lamps_of(column, scene)
+    with_world = column.world is not None and column.world == scene.world
+    if with_world and lamps is None:
+        lamps = frozenset()
+    return replace(look, lamps=lamps, spectrum=_spectrum_of(column), with_world=with_world)
+
+
+def _spectrum_of(column: Any) -> Spectrum | None:
+    """What the palette has found for a light, else what it was given."""
+    return stored.spectrum_of(column, "result") or stored.spectrum_of(column)
+
+
+def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
+    """Names of the lamps that a column stands for, None where it stands for no lamp of its own."""
+    if column.light is None:
+        return None
+    lamps = (thing for thing in scene.objects if thing.type == "LIGHT" and thing.data == column.light)
+    return frozenset(thing.name_full for thing in lamps) or None
+
+
+def preview_scene(scene: Scene, context: Any) -> Scene:
+    """A preview's scene with few samples, under the lamp that previews are looked at with."""
+    scene = replace(scene, film=replace(scene.film, samples=PREVIEW_SAMPLES), notes=())
+    windows = context.window_manager.windows if context.window_manager else ()
+    name = next((window.scene.spectral.viewport.preview_lamp for window in windows), "")
+    return Look(spectrum=catalogue.named("illuminant", name)).on(scene) if name else scene

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an engine does that draws a 3D view: edits are sent on, the latest picture is drawn, troubles are said."""
+
+from __future__ import annotations
+
+import contextlib
+import traceback
+from typing import Any
+
+import bpy
+import numpy as np
+
+from . import compat
+from .drawing.viewport import Canvas, draw_divider, draw_message
+from .editing.viewport.session import Picture, ViewSession
+
+
+class Viewport:
+    """The view of one engine, which Blender makes anew for each 3D view and each change of its shading."""
+
+    def __init__(self, engine: Any) -> None:
+        def redraw() -> None:
+            with contextlib.suppress(ReferenceError):  # the engine is gone, its last pictures come too late
+                engine.tag_redraw()
+
+        self._session = ViewSession(redraw)
+        self._canvases = [Canvas(), Canvas()]
+
+    def update(self, engine: Any, context: Any, depsgraph: Any) -> None:
+        """Send what has changed, and have the view drawn again."""
+        try:
+            self._session.update(context, depsgraph)
+        except Exception as error:  # noqa: BLE001 - Blender would switch the view off, and say nothing in it
+            traceback.print_exc()
+            self._session.fail(f"The view could not be brought up to date ({type(error).__name__}: {error})")
+        engine.tag_redraw()
+
+    def draw(self, engine: Any, context: Any, depsgraph: Any) -> None:
+        """Draw the latest pictures, side by side where the view is split."""
+        pictures = self._session.look(context, depsgraph)
+        scene, region = depsgraph.scene_eval, context.region
+        settings, scale = scene.spectral.viewport, bpy.context.preferences.system.ui_scale
+        middle = round(settings.divider * region.width) if len(pictures) > 1 else region.width
+        clips = [(0, 0, middle, region.height), (middle, 0, region.width - middle, region.height)]
+        matrix = working_from_rgb()
+        for picture, canvas, clip in zip(pictures, self._canvases, clips, strict=False):
+            if picture.shown is not None:
+                shown_from_rgb = picture.matrix if matrix is None else matrix @ picture.matrix
+                canvas.show(picture.shown, shown_from_rgb, transparent=scene.render.film_transparent)
+                canvas.draw(engine, scene, clip if len(pictures) > 1 else None)
+        if len(pictures) > 1:
+            draw_divider(middle, region, (look_words(settings.look), look_words(settings.other)), scale)
+        engine.update_stats(*words(pictures, settings))
+        trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
+        if trouble:
+            draw_message(trouble, region, scale)
+
+    def leave(self) -> None:
+        """Trace the view no more."""
+        self._session.leave()
+
+
+def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
+    """Statistics for the corner of the view, and what it is doing."""
+    frames = [picture.shown.frame for picture in pictures if picture.shown is not None]
+    if not frames:
+        return "", "Loading the scene"
+    kind = "Spectral" if frames[0].is_spectral else "RGB"
+    samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
+    left = f" | {left_s:.0f} s left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""
+    memory = max(frame.memory for frame in frames) / 1e6
+    state = f"{kind} | Sample {samples}/{settings.samples} | {seconds:.1f} s{left} | {memory:.0f} MB"
+    if settings.is_paused:
+        return state, "Paused"
+    is_current = all(picture.is_current for picture in pictures)
+    return state, "" if is_current else "Updating: the picture is of before the change"
+
+
+def time_left(samples: int, wanted: int, seconds: float) -> float:
+    """Seconds until a view rests, 0 where nobody can say yet."""
+    return seconds * (wanted - samples) / samples if samples > 0 else 0.0
+
+
+def look_words(look: Any) -> str:
+    """What a side of a split view shows."""
+    named = {"COLUMN": look.column, "GROUP": look.group, "LAMP": look.lamp}
+    return str(named.get(look.kind, "As It Is"))
+
+
+def working_from_rgb() -> Any:
+    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None where they are the same."""
+    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
+    return None if matrix is None or np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
+
+
+def shown_from_rgb(picture_matrix: Any) -> Any:
+    """``working_from_rgb`` after a look's exposure and adaptation, None where nothing changes."""
+    matrix = working_from_rgb()
+    if np.array_equal(picture_matrix, np.eye(3)):
+        return matrix
+    return picture_matrix if matrix is None else matrix @ picture_matrix

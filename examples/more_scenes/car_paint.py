@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A car paint that is blue-gray by day and brown under sodium street lamps, from paints that exist.
+
+The palette designs the reflectance, a recipe of measured paint chips comes near to it, and the car wears the recipe.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from examples.more_scenes.shapes import body, box, looking, scene_of
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.recipe.library import paint_chips
+from spectral_core.palette.recipe.material import Colorants, MaterialRecipe, material_recipe
+from spectral_core.scene import AreaLight, Diffuse, Film, MixSurface, Scene, gray
+from spectral_core.scene.surface import Glossy
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+
+GRID = SpectralGrid.uniform(400, 700, 10)
+
+
+def paint() -> tuple[Reflectance, MaterialRecipe]:
+    """The designed reflectance, and the recipe that comes nearest to it under both lamps."""
+    lights = tuple(PaletteLight(normalized(illuminant(name), luminance=2.0)) for name in ("D65", "HP1"))
+    cells = (Cell.fixed([0.15, 0.26, 0.36], exact=True), Cell.fixed([0.52, 0.21, 0.05]))
+    solution = solve_palette(PaletteProblem(GRID, lights, (PaletteReflectance("car"),), (cells,)))
+    wanted = solution.reflectances[0]
+    assert isinstance(wanted, Reflectance)
+    chips = paint_chips()
+    spectra = np.stack([chip.at(GRID.wavelengths_nm) for chip in chips])
+    colorants = Colorants("paints", tuple(chip.name for chip in chips), GRID, spectra)
+    return wanted, material_recipe(colorants, wanted, [illuminant("D65"), illuminant("HP1")], most_colorants=4)
+
+
+def car(reflectance: Reflectance, light: Illuminant, film: Film) -> Scene:
+    """The car under one lamp."""
+    lacquer = MixSurface(0.06, Diffuse(reflectance), Glossy(gray(1.0), roughness=0.05))
+    parts = [
+        (body(), lacquer),
+        (box("floor", (-9, -9, -0.1), (9, 9, 0.0)), Diffuse(gray(0.35))),
+        (box("wall", (-9, 5, 0), (9, 5.2, 6)), Diffuse(gray(0.5))),
+    ]
+    lamp = AreaLight(
+        name="lamp", world_from_light=looking((-1.5, -3.5, 5.0), (0.0, 0.0, 0.4)), color=light, power_w=650.0,
+        size=(3.0, 1.0), shape="rectangle",
+    )  # fmt: skip
+    return scene_of(parts, [lamp], (looking((3.2, -5.6, 2.0), (0.0, 0.1, 0.65)), 0.72), film)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mix measured colors: as paint (Kubelka and Munk), or as patches too small to see (additively).
+
+`mix cyan:3 blue:1 --law paint --light D65 --light A` prints the color of the mixture under each light. Names are of
+the catalogue, FILE or FILE@NAME. Two designed metamers match additively under their light, and part as paint.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from spectral_core.spectra.spectrum import Reflectance
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of the command."""
+    parser.add_argument("parts", nargs="+", metavar="NAME:PARTS", help="a color and how many parts of it")
+    parser.add_argument("--law", choices=["paint", "additive"], default="paint", help="how they mix (paint)")
+    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="lights to show it under (D65, A)")
+    parser.add_argument("--out", type=Path, help="write the mixture's reflectance to this spectrum file")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Mix, print the colors, write the spectrum where asked."""
+    from spectral_core.palette.paint.mixtures import paint_mixture
+    from spectral_core.palette.texture.reach import stimulus_matrix
+    from spectral_core.spectra.catalogue import illuminant
+    from spectral_core.spectra.color import display_rgb_from_linear
+    from spectral_core.spectra.files import write_spectra
+    from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+
+    grid = SpectralGrid.uniform(400, 700, 10)
+    named = [_part(word) for word in arguments.parts]
+    shares = np.array([parts for _, parts in named])
+    shares = shares / shares.sum()
+    spectra = np.stack([_reflectance(name).at(grid.wavelengths_nm) for name, _ in named])
+    mixed = paint_mixture(shares, spectra) if arguments.law == "paint" else shares @ spectra
+    colors = {}
+    for name in arguments.light or ("D65", "A"):
+        rgb = stimulus_matrix([illuminant(name)], grid) @ mixed
+        shown = np.round(255 * np.clip(display_rgb_from_linear(rgb), 0, 1)).astype(int)
+        colors[name] = "#" + "".join(f"{channel:02x}" for channel in shown)
+        print(f"under {name}: {colors[name]}, linear sRGB {np.round(rgb, 4).tolist()}")
+    if arguments.out is not None:
+        write_spectra(arguments.out, [Reflectance("mixture", grid, np.clip(mixed, 0.0, 1.0))])
+        print(f"written to {arguments.out}")
+    if arguments.json:
+        print(
+            json.dumps(
+                {"colors": colors, "reflectance": mixed.tolist(), "wavelengths_nm": grid.wavelengths_nm.tolist()}
+            )
+        )
+    return 0
+
+
+def _part(word: str) -> tuple[str, float]:
+    name, colon, parts = word.rpartition(":")
+    try:
+        count = float(parts)
+    except ValueError:
+        count = -1.0
+    if not colon or not 0 < count < 1e9:
+        raise InvalidInputError(f"{word!r} is no color with its parts; expected NAME:PARTS, such as blue:2")
+    return name, count
+
+
+def _reflectance(name: str) -> Reflectance:
+    """A reflectance of the catalogue, or FILE, or FILE@NAME."""
+    from spectral_core.spectra import catalogue
+    from spectral_core.spectra.files import read_spectra
+    from spectral_core.spectra.spectrum import Reflectance
+
+    file, _, wanted = name.partition("@")
+    if not Path(file).is_file():
+        return catalogue.reflectance(name)
+    found = [each for each in read_spectra(Path(file)) if not wanted or each.name == wanted]
+    if len(found) != 1:
+        raise InvalidInputError(f"{file} holds {len(found)} spectra that fit {name!r}; name one as FILE@NAME")
+    return Reflectance(found[0].name, found[0].grid, found[0].values)

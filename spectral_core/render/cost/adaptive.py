@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adaptive sampling: samples until an asked error is reached, or for an asked time, where they help most.
+
+The picture is kept in two halves with random numbers of their own; their difference tells the error of each tile.
+After a few samples everywhere the rest goes to tiles by their error, so that the mean over the picture is what was
+asked for, with as few samples as possible.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.cost.allocate import for_error, for_samples
+from spectral_core.render.cost.errors import Estimate, estimate, pixel_errors, rarity, rarity_after
+from spectral_core.render.job import RenderJob
+
+Array = NDArray[np.float64]
+
+TILE_WIDTH, TILE_HEIGHT = 16, 4
+"""Pixels of a tile: what the processor traces together, times a few rows."""
+AIM = 0.95
+"""Part of the asked error that is aimed at: an estimate that falls short of it is no more than asked for."""
+MOST_SAMPLES = 1 << 16
+WATCHED = 16384
+"""Pixels at which earlier rounds are kept."""
+_GROWTH = 4.0
+"""Most that a tile's samples grow in one round, before its error is looked at again."""
+LONGEST_LAUNCH_S = 4.0
+_BUDGET_END = 0.02
+"""Part of a time budget that is left unused rather than overrun."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What was reached: ``delta_e`` with the ``spread`` of its own estimate, seconds, samples per pixel in the mean."""
+
+    delta_e: float
+    spread: float
+    seconds: float
+    samples: float
+    reached: bool = True
+
+
+class AdaptivePicture:
+    """The two halves of a picture, its tiles, and how many samples each pixel has in each half."""
+
+    def __init__(self, job: RenderJob) -> None:
+        self._tracer = job.chosen_pixels()
+        self.film = job.scene.film
+        width, height = self.film.size
+        self.size = (width, height)
+        pixels = width * height
+        self._sums = np.zeros((2, pixels, 3))
+        self._covered = np.zeros(pixels)
+        self._bands = np.zeros((pixels, self._tracer.band_count)) if self._tracer.band_count else None
+        self.counts = np.zeros(pixels, np.int64)
+        column, row = np.arange(pixels) % width, np.arange(pixels) // width
+        self._across = -(-width // TILE_WIDTH)
+        self._up = -(-height // TILE_HEIGHT)
+        self.tile = (row // TILE_HEIGHT) * self._across + column // TILE_WIDTH
+        self.tile_pixels = np.bincount(self.tile, minlength=self._across * self._up).astype(np.float64)
+        self._watched = np.flatnonzero(np.random.default_rng(self.film.seed).random(pixels) < WATCHED / pixels)
+        self._earlier: list[tuple[Array, Array]] = []
+        self.lost = 0
+        self.seconds_per_path = 0.0
+        self.launch_s = 0.05
+
+    def add(self, more: NDArray[np.int64], should_stop: Callable[[], bool] | None = None) -> bool:
+        """Trace ``more`` samples of each pixel in each half; False where ``should_stop`` said so before all were."""
+        left = more.copy()
+        while np.any(left > 0):
+            chosen = np.flatnonzero(left > 0)
+            paths = 2 * float(left[chosen].sum())
+            parts = max(1.0, paths * self.seconds_per_path / LONGEST_LAUNCH_S)
+            step = np.maximum(1, np.ceil(left[chosen] / parts)).astype(np.int64)
+            start = time.perf_counter()
+            for half in (0, 1):
+                if should_stop is not None and should_stop():
+                    return False
+                sums = self._tracer.trace(chosen, self.counts[chosen], step, half)
+                self._sums[half, chosen] += sums.colors
+                self._covered[chosen] += sums.covered
+                if self._bands is not None and sums.bands is not None:
+                    self._bands[chosen] += sums.bands
+                self.lost += sums.lost
+            spent = time.perf_counter() - start
+            traced = 2 * float(step.sum())
+            if traced * max(self.seconds_per_path, 1e-9) > self.launch_s or self.seconds_per_path == 0:
+                self.seconds_per_path = max(spent - 2 * self.launch_s, 0.2 * spent) / traced
+            self.counts[chosen] += step
+            left[chosen] -= step
+        return True
+
+    def halves(self) -> Array:
+        """(2, pixels, 3): the halves' means so far."""
+        return np.asarray(self._sums / np.maximum(self.counts, 1)[None, :, None])
+
+    def remember(self) -> None:
+        """Keep the halves as they are, at some pixels: what later rounds know rare light by."""
+        some = self._watched
+        self._earlier.append((self.counts[some].astype(np.float64), self.halves()[:, some]))
+
+    def rarity(self) -> float:
+        """Factor on the error for light on rare paths, see ``errors.rarity``."""
+        now = self.counts[self._watched].astype(np.float64)
+        past = [each for each in self._earlier if 3.9 * each[0].mean() <= now.mean()]
+        if not past:
+            return 1.0
+        counts, early = past[-1]
+        factor = rarity(early, self.halves()[:, self._watched], counts, now)
+        return rarity_after(factor, float(counts.mean()), 2 * float(now.mean()))
+
+    def estimate(self) -> Estimate:
+        """Error of the picture so far."""
+        first, second = self.halves()
+        found, factor = estimate(first, second, TILE_WIDTH), self.rarity()
+        return Estimate(found.delta_e * factor, found.spread * factor, found.relative_mse)
+
+    def tile_errors(self) -> Array:
+        """ΔE2000 of each tile, half of it from its neighbors: a few pixels alone know their error too badly."""
+        first, second = self.halves()
+        errors = np.bincount(self.tile, pixel_errors(first, second), len(self.tile_pixels)) / self.tile_pixels
+        grid = np.pad(errors.reshape(self._up, self._across), 1, mode="edge")
+        around = sum(
+            grid[y : y + self._up, x : x + self._across] for y in range(3) for x in range(3) if (x, y) != (1, 1)
+        )
+        return np.asarray((errors + np.ravel(around) / 8) / 2) * self.rarity()
+
+    def tile_counts(self) -> Array:
+        """Samples of each half in each tile."""
+        return np.bincount(self.tile, self.counts, len(self.tile_pixels)) / self.tile_pixels
+
+    def more_by_tile(self, wanted: Array) -> NDArray[np.int64]:
+        """Samples to add in each pixel so that each tile has ``wanted`` in each half, within one round's growth."""
+        have = self.tile_counts()
+        most = np.maximum(_GROWTH * have, have + 1)
+        goal = np.minimum(np.minimum(np.ceil(wanted), most), MOST_SAMPLES / 2)
+        return np.maximum(0, np.round(goal - have)).astype(np.int64)[self.tile]
+
+    def picture(self) -> NDArray[np.float32]:
+        """(height, width, 4) linear sRGB and coverage so far, row 0 at the bottom."""
+        width, height = self.size
+        total = np.maximum(2 * self.counts, 1)
+        pixels = np.empty((len(total), 4), np.float32)
+        pixels[:, :3] = self._sums.sum(axis=0) / total[:, None]
+        pixels[:, 3] = self._covered / total
+        return pixels.reshape(height, width, 4)
+
+    def band_picture(self) -> NDArray[np.float32] | None:
+        """(height, width, n_bands) radiance per nm so far, None where none is measured."""
+        if self._bands is None:
+            return None
+        width, height = self.size
+        means = self._bands / np.maximum(2 * self.counts, 1)[:, None]
+        return means.astype(np.float32).reshape(height, width, -1)
+
+    @property
+    def mean_samples(self) -> float:
+        """Samples per pixel, of both halves, in the mean."""
+        return float(2 * self.counts.mean())
+
+
+def _begin(picture: AdaptivePicture, first: int) -> None:
+    """Samples everywhere, in two steps: a quarter, which is kept to compare with, and the rest."""
+    everywhere = np.ones(len(picture.counts), np.int64)
+    quarter = max(1, first // 4)
+    picture.add(quarter * everywhere)
+    picture.remember()
+    if first > quarter:
+        picture.add((first - quarter) * everywhere)
+
+
+def until_error(
+    picture: AdaptivePicture, wanted: float, first: int, after_round: Callable[[Estimate], bool]
+) -> Estimate:
+    """Trace until the mean error is ``wanted``; ``first``: samples of each half to begin with everywhere.
+
+    ``after_round`` sees each estimate and answers whether to stop.
+    """
+    _begin(picture, first)
+    while True:
+        found = picture.estimate()
+        picture.remember()
+        if after_round(found) or found.delta_e <= wanted:
+            return found
+        counts = picture.tile_counts()
+        # what a round leaves short the next one adds; a last bit that the model misses is added everywhere
+        goal = for_error(picture.tile_errors(), counts, AIM * wanted, picture.tile_pixels)
+        more = picture.more_by_tile(goal)
+        if not more.any():
+            if counts.min() >= MOST_SAMPLES / 2:
+                return found
+            more = np.maximum(1, np.ceil(0.05 * picture.counts)).astype(np.int64)
+        if not picture.add(more):
+            return picture.estimate()
+
+
+def until_time(picture: AdaptivePicture, end: float, first: int, after_round: Callable[[Estimate], bool]) -> Estimate:
+    """Trace until ``end`` (of ``time.perf_counter``), where it helps most; ``first``: as for ``until_error``."""
+    whole = end - time.perf_counter()
+    _begin(picture, first)
+    while True:
+        found = picture.estimate()
+        picture.remember()
+        left = end - time.perf_counter() - _BUDGET_END * whole
+        affordable = (left - 2 * picture.launch_s) / max(2 * picture.seconds_per_path, 1e-12)
+        counts, weights = picture.tile_counts(), picture.tile_pixels
+        if after_round(found) or affordable < 0.02 * float(weights @ counts) or affordable < len(weights):
+            return found
+        # all but the last rounds leave time to look again
+        share = 0.6 if affordable > 0.3 * float(weights @ counts) else 0.9
+        goal = for_samples(picture.tile_errors(), counts, float(weights @ counts) + share * affordable, weights)
+        more = picture.more_by_tile(goal)
+        if not more.any():
+            more = np.full(len(picture.counts), 1, np.int64) if affordable >= weights.sum() else more
+        if not more.any() or not picture.add(more):
+            return picture.estimate()

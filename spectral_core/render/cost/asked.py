@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A render for an asked error or an asked time: predicted by a probe, sampled adaptively, its outcome estimated."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.cost.adaptive import AIM, AdaptivePicture, Outcome, until_error, until_time
+from spectral_core.render.cost.allocate import for_error, for_samples
+from spectral_core.render.cost.errors import Estimate, pixel_errors
+from spectral_core.render.cost.model import CostModel, Prediction, measured_model
+from spectral_core.render.cost.probe import RUN, Probe
+from spectral_core.render.job import RenderJob
+from spectral_core.scene import Note, RenderSettings, Scene
+
+Array = NDArray[np.float64]
+
+PLAN_SHARE = 0.25
+"""Part of an asked error that the plan may give away; with the noise that is aimed at it makes up the whole."""
+_FIRST_SHARE = 0.3
+"""Part of the samples that are expected which go everywhere, before tiles are told apart."""
+_ROUNDS = 4
+"""Rounds of adaptive sampling that a prediction reckons with."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AskedRender:
+    """What came of it: a picture (height, width, 4), bands where they were measured, what was predicted and reached."""
+
+    pixels: NDArray[np.float32]
+    band_pixels: NDArray[np.float32] | None
+    status: Literal["done", "cancelled"]
+    prediction: Prediction
+    outcome: Outcome
+    notes: tuple[Note, ...]
+
+
+def is_asked(settings: RenderSettings) -> bool:
+    """Whether an error or a time is asked for; raises InvalidInputError where both are, or neither can be had."""
+    error, budget = settings.target_error, settings.time_budget_s
+    if error is not None and budget is not None:
+        raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
+    if error is not None and not 0.02 <= error <= 100:
+        raise InvalidInputError(f"the asked error is {error:g}; expected ΔE2000 from 0.02 to 100")
+    if budget is not None and not 0.1 <= budget <= 1e7:
+        raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
+    return error is not None or budget is not None
+
+
+def tightened(scene: Scene) -> Scene:
+    """The scene with a tolerance that leaves most of an asked error to the noise."""
+    asked = scene.settings.target_error
+    if asked is None:
+        return scene
+    tolerance = min(scene.settings.tolerance_delta_e, PLAN_SHARE * asked)
+    return replace(scene, settings=replace(scene.settings, tolerance_delta_e=tolerance))
+
+
+def render_asked(
+    job: RenderJob,
+    start: float,
+    on_round: Callable[[NDArray[np.float32], float, float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> AskedRender:
+    """Render what the scene's settings ask for.
+
+    Parameters
+    ----------
+    job
+        The loaded scene.
+    start
+        ``time.perf_counter`` when the render began: a budget counts from there.
+    on_round
+        Sees the picture, mean samples per pixel so far, and those that are expected, after each round.
+    should_stop
+        Asked between kernel launches.
+    """
+    settings = job.scene.settings
+    wanted, budget = settings.target_error, settings.time_budget_s
+    probe = Probe(job)
+    model = measured_model(
+        probe, least=4, most=64, share=0.03, fixed_s=time.perf_counter() - start, asked=wanted, budget_s=budget
+    )
+    predict = predicted_error if wanted is not None else predicted_time
+    prediction = predict(probe, model, time.perf_counter() - start, wanted if wanted is not None else budget or 0.0)
+    first = max(1, round(_FIRST_SHARE * prediction.samples / 2))
+    picture = AdaptivePicture(job)
+    picture.launch_s, picture.seconds_per_path = probe.launch_s, probe.seconds_per_path
+    stopped = False
+
+    def after_round(_: Estimate) -> bool:
+        nonlocal stopped
+        if on_round is not None:
+            on_round(picture.picture(), picture.mean_samples, max(prediction.samples, picture.mean_samples))
+        stopped = should_stop is not None and should_stop()
+        return stopped
+
+    if wanted is not None:
+        found = until_error(picture, wanted, first, after_round)
+        reached = found.delta_e <= wanted
+    else:
+        found = until_time(picture, start + (budget or 0.0), first, after_round)
+        reached = time.perf_counter() - start <= 1.1 * (budget or 0.0)
+    seconds = time.perf_counter() - start
+    return AskedRender(
+        picture.picture(),
+        picture.band_picture(),
+        "cancelled" if stopped else "done",
+        prediction,
+        Outcome(found.delta_e, found.spread, seconds, picture.mean_samples, reached),
+        _notes(picture, found, seconds, settings, reached or stopped),
+    )
+
+
+def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: float) -> Prediction:
+    """What adaptive sampling to an error takes: the law of each run of the probe's pixels, samples where they help."""
+    errors, counts = _runs(probe)
+    weights = np.ones(len(errors))
+    total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
+    if total <= 2.01 * float(counts.mean()):  # fewer than the probe took: by the law of equal samples
+        total = min(total, _halved(model).for_error(AIM * wanted).samples)
+        reached = min(AIM * wanted, _halved(model).error(max(total, 2.0)))
+        total = max(total, 2.0)
+    else:
+        reached = AIM * wanted
+    rounds = _ROUNDS * 2 * probe.launch_s
+    return Prediction(total, spent_s + rounds + model.seconds_per_sample * total, reached)
+
+
+def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
+    """The error that adaptive sampling reaches in a time."""
+    errors, counts = _runs(probe)
+    left = 0.97 * budget_s - spent_s - _ROUNDS * 2 * probe.launch_s
+    total = max(2.0, left / max(model.seconds_per_sample, 1e-12))
+    weights = np.ones(len(errors))
+    if total / 2 <= float(counts.mean()):
+        return Prediction(total, max(budget_s, spent_s), _halved(model).error(total))
+    after = for_samples(errors, counts, total / 2 * len(errors), weights)
+    return Prediction(total, max(budget_s, spent_s), float(np.mean(errors * np.sqrt(counts / after))))
+
+
+def _runs(probe: Probe) -> tuple[Array, Array]:
+    """ΔE2000 of each run of the probe's two halves together, and their samples in each half."""
+    first, second = probe.halves()
+    errors = pixel_errors(first, second) * probe.rarity(2 * probe.samples)
+    runs = errors[: len(errors) // RUN * RUN].reshape(-1, RUN).mean(axis=1) if len(errors) >= RUN else errors
+    return runs, np.full(len(runs), float(max(1, probe.samples)))
+
+
+def _halved(model: CostModel) -> CostModel:
+    """The law of pictures in two halves: √2 less error than one half with half the samples."""
+    return replace(
+        model,
+        counts=tuple(2 * count for count in model.counts),
+        errors=tuple(error / np.sqrt(2) for error in model.errors),
+    )
+
+
+def _notes(
+    picture: AdaptivePicture, found: Estimate, seconds: float, settings: RenderSettings, kept: bool
+) -> tuple[Note, ...]:
+    notes = []
+    if not kept and settings.target_error is not None:
+        text = f"the asked ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
+        notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
+    elif not kept and settings.time_budget_s is not None:
+        text = f"{settings.time_budget_s:g} s were asked for and {seconds:.1f} s taken"
+        notes.append(Note("Accuracy", f"{text}: loading the scene and two samples for each pixel take as long"))
+    if picture.lost:
+        text = (
+            f"{picture.lost} samples were not finite numbers and count as black; look for extreme lights or materials"
+        )
+        notes.append(Note("Renderer", text))
+    return tuple(notes)

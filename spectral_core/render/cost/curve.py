@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Work against precision on a scene: a probe's pixels at several settings, and what follows for the picture.
+
+Noise (samples) and bias (fewer bounces, three channels instead of spectra, longer volume steps) are told apart: noise
+by two halves, bias by equal random numbers with and without.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.cost.asked import predicted_error, predicted_time
+from spectral_core.render.cost.errors import bias, relative_errors
+from spectral_core.render.cost.model import CostModel, Prediction, measured_model
+from spectral_core.render.cost.probe import Probe
+from spectral_core.render.job import RenderJob
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.effects import plan_effects
+from spectral_core.scene import Scene
+
+_PASSES = 6
+"""Launches of a render, beside its paths."""
+_BIAS_SAMPLES = 16
+"""Samples of each half where a bias is measured."""
+_DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
+
+
+@dataclass(frozen=True, slots=True)
+class CostPoint:
+    """A setting of one ``axis`` ("samples", "bounces", "transport", "volume step"), for the whole picture.
+
+    ``seconds`` it takes; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of what
+    the setting leaves out, whatever the samples. ``measured``: traced, not predicted.
+    """
+
+    axis: str
+    setting: str
+    seconds: float
+    delta_e: float
+    relative_mse: float
+    bias: float = 0.0
+    measured: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class CostCurve:
+    """What accuracy costs in one scene.
+
+    ``points``: by axis. ``model``: the fitted law of samples. ``samples``: those that the scene has now, with what they
+    lead to in ``now``. ``at_error``: what adaptive sampling to ΔE 1 takes. ``probe_pixels`` and ``seconds``: what it
+    was measured on and how long that took.
+    """
+
+    points: tuple[CostPoint, ...]
+    model: CostModel
+    now: Prediction
+    at_error: Prediction
+    probe_pixels: int
+    seconds: float
+    plan: EffectPlan
+
+    def axis(self, name: str) -> tuple[CostPoint, ...]:
+        """Points of an axis, in the order of its settings."""
+        return tuple(point for point in self.points if point.axis == name)
+
+
+def cost_curve(scene: Scene) -> CostCurve:
+    """Measure what accuracy costs in ``scene``, on a few thousand of its own pixels.
+
+    Raises as ``render_scene`` does.
+    """
+    start = time.perf_counter()
+    plan = plan_effects(scene)
+    probe = Probe(RenderJob(scene, plan))
+    # what a render pays when kernels are known, as they are from now on: loading, a pilot, passes
+    loading = time.perf_counter()
+    RenderJob(scene, plan)
+    fixed = time.perf_counter() - loading + _PASSES * probe.launch_s
+    model = measured_model(probe, least=16, most=256, share=0.02, fixed_s=fixed, asked=0.5)
+    points = list(_noise_points(probe, model))
+    points += _bias_points(scene, plan, probe, model)
+    spent = fixed
+    return CostCurve(
+        tuple(points),
+        model,
+        _expected(scene, probe, model, spent),
+        predicted_error(probe, model, spent, 1.0),
+        len(probe.pixels),
+        time.perf_counter() - start,
+        plan,
+    )
+
+
+def _expected(scene: Scene, probe: Probe, model: CostModel, spent_s: float) -> Prediction:
+    """What the scene's own settings lead to."""
+    settings = scene.settings
+    if settings.target_error is not None:
+        return predicted_error(probe, model, spent_s, settings.target_error)
+    if settings.time_budget_s is not None:
+        return predicted_time(probe, model, spent_s, settings.time_budget_s)
+    return model.for_samples(scene.film.samples)
+
+
+def _noise_points(probe: Probe, model: CostModel) -> list[CostPoint]:
+    relative = float(np.mean(relative_errors(*probe.halves(), of_half=True)))
+    last = model.counts[-1]
+    return [
+        CostPoint(
+            "samples", str(count), model.seconds(count), model.error(count),
+            relative * (model.error(count) / max(model.error(last), 1e-9)) ** 2, measured=count in model.counts,
+        )
+        for count in _DRAWN_COUNTS
+    ]  # fmt: skip
+
+
+def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel) -> list[CostPoint]:
+    """Other settings against the plan's own, with equal random numbers."""
+    reference = Probe(RenderJob(scene, plan), probe.pixels)
+    reference.trace_to(_BIAS_SAMPLES)
+    points = []
+    for axis, setting, other_scene, other_plan in _alternatives(scene, plan):
+        tried = Probe(RenderJob(other_scene, other_plan), probe.pixels)
+        found = tried.trace_to(_BIAS_SAMPLES)
+        ratio = tried.seconds_per_path / max(reference.seconds_per_path, 1e-12)
+        count = scene.film.samples
+        # noise goes with samples as it does by the plan; the bias stays
+        noise = model.error(count) * found.delta_e / max(model.error(_BIAS_SAMPLES), 1e-9)
+        points.append(
+            CostPoint(
+                axis, setting, model.fixed_s + ratio * model.seconds_per_sample * count, noise,
+                found.relative_mse * _BIAS_SAMPLES / count, bias(tried.halves(), reference.halves()),
+            )
+        )  # fmt: skip
+    return points
+
+
+def _alternatives(scene: Scene, plan: EffectPlan) -> list[tuple[str, str, Scene, EffectPlan]]:
+    """Axis, setting, scene and plan of what is worth comparing with the plan."""
+    found = [
+        ("bounces", str(count), scene, _with(plan, "bounces", str(count)))
+        for count in (0, 1, 2, 4, 8, 16)
+        if count < plan.bounces
+    ]
+    found.append(("bounces", str(plan.bounces), scene, plan))
+    if plan["transport"].error:
+        other = "rgb" if plan.is_spectral else "spectral"
+        changed = _with(plan, "transport", other)
+        found.append(("transport", other, scene, _with(changed, "dispersion", "off") if other == "rgb" else changed))
+        found.append(("transport", plan["transport"].value, scene, plan))
+    for quality in (30.0, 40.0, 60.0):
+        if scene.volumes and plan.is_on("volumes"):
+            volumes = tuple(replace(volume, quality=quality) for volume in scene.volumes)
+            found.append(("volume step", f"{quality:g} dB", replace(scene, volumes=volumes), plan))
+    return found
+
+
+def _with(plan: EffectPlan, name: str, value: str) -> EffectPlan:
+    changed = tuple(replace(each, value=value) if each.name == name else each for each in plan.decisions)
+    return replace(plan, decisions=changed)
+
+
+def table(curve: CostCurve) -> str:
+    """The curve as text: setting, seconds for the whole picture, error of noise, bias."""
+    lines = [f"{'axis':12} {'setting':>10} {'seconds':>9} {'noise ΔE':>9} {'rel. MSE':>9} {'bias ΔE':>8}"]
+    for point in curve.points:
+        mark = "" if point.measured else "  predicted"
+        lines.append(
+            f"{point.axis:12} {point.setting:>10} {point.seconds:9.2f} {point.delta_e:9.3f} {point.relative_mse:9.2g} "
+            f"{point.bias:8.3f}{mark}"
+        )
+    now, asked = curve.now, curve.at_error
+    lines.append(f"as it is set: {now.samples:.0f} samples, ΔE {now.delta_e:.2g} in {now.seconds:.1f} s")
+    lines.append(f"for ΔE 1: {asked.samples:.0f} samples in the mean, {asked.seconds:.1f} s, adaptive")
+    return "\n".join(lines)
+
+
+def plot_svg(curve: CostCurve, axis: str = "samples") -> str:
+    """Error (noise and bias together) over seconds, both logarithmic, as an SVG picture; raises for an empty axis."""
+    points = [point for point in curve.axis(axis) if point.seconds > 0]
+    if not points:
+        known = ", ".join(dict.fromkeys(point.axis for point in curve.points))
+        raise InvalidInputError(f"the cost curve has no axis {axis!r}; it has {known}")
+    x = np.log10([point.seconds for point in points])
+    y = np.log10([max(float(np.hypot(point.delta_e, point.bias)), 1e-3) for point in points])
+    low, high = (np.floor([x.min(), y.min()]), np.ceil([x.max(), y.max()]))
+    high = np.maximum(high, low + 1)
+    place = lambda px, py: (  # noqa: E731
+        60 + 400 * (px - low[0]) / (high[0] - low[0]), 340 - 310 * (py - low[1]) / (high[1] - low[1]),
+    )  # fmt: skip
+    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="480" height="390" font-family="sans" font-size="11">',
+             '<rect width="480" height="390" fill="white"/>']  # fmt: skip
+    for power in range(int(low[0]), int(high[0]) + 1):
+        at = place(power, low[1])[0]
+        parts.append(f'<path d="M{at:.1f} 30V340" stroke="#ddd"/>')
+        parts.append(f'<text x="{at:.1f}" y="356" text-anchor="middle">1e{power}</text>')
+    for power in range(int(low[1]), int(high[1]) + 1):
+        at = place(low[0], power)[1]
+        parts.append(f'<path d="M60 {at:.1f}H460" stroke="#ddd"/>')
+        parts.append(f'<text x="54" y="{at + 4:.1f}" text-anchor="end">1e{power}</text>')
+    spots = [place(*spot) for spot in zip(x, y, strict=True)]
+    parts.append(f'<polyline points="{" ".join(f"{a:.1f},{b:.1f}" for a, b in spots)}" fill="none" stroke="#06c"/>')
+    for point, (a, b) in zip(points, spots, strict=True):
+        fill = "#06c" if point.measured else "white"
+        parts.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3.5" fill="{fill}" stroke="#06c"/>')
+        parts.append(f'<text x="{a + 6:.1f}" y="{b - 5:.1f}">{point.setting}</text>')
+    parts.append(f'<text x="260" y="380" text-anchor="middle">seconds for the whole picture ({axis})</text>')
+    parts.append('<text x="8" y="18">mean ΔE2000; open circles are predicted</text></svg>')
+    return "\n".join(parts)

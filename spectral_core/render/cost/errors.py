@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a picture is from its limit, told by two halves of it with random numbers of their own.
+
+Half the difference of the halves has the spread of their mean about the limit. Put on the mean it shows, pixel by
+pixel, a picture as far from the mean as the mean is from the limit; the color difference of the two is the estimate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
+
+Array = NDArray[np.float64]
+
+DARK_SHARE = 0.05
+"""Part of the mean luminance that is added where a squared error is divided by a pixel's own."""
+
+RARITY_POWER = 0.25
+"""How slowly light on rare paths becomes light on common ones, by samples."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Mean ΔE2000 of a picture against its limit, ``spread``: standard deviation of that estimate, relative MSE."""
+
+    delta_e: float
+    spread: float
+    relative_mse: float
+
+
+def pixel_errors(first: Array, second: Array, *, of_half: bool = False) -> Array:
+    """ΔE2000 of each pixel (n,) of the mean of two halves (n, 3); ``of_half``: of one of them, as a picture alone."""
+    mean = (first + second) / 2
+    away = (first - second) / (np.sqrt(2.0) if of_half else 2.0)
+    return np.asarray(delta_e_2000(_lab(mean + away), _lab(mean)))
+
+
+def relative_errors(first: Array, second: Array, *, of_half: bool = False) -> Array:
+    """Squared error of luminance of each pixel over its square, (n,)."""
+    mean = luminance_from_linear_rgb((first + second) / 2)
+    away = luminance_from_linear_rgb((first - second) / (np.sqrt(2.0) if of_half else 2.0))
+    floor = DARK_SHARE * max(float(mean.mean()), 1e-12)
+    return np.asarray(away**2 / (mean**2 + floor**2))
+
+
+def estimate(first: Array, second: Array, run: int = 16, *, of_half: bool = False) -> Estimate:
+    """The mean over pixels; its spread from means of ``run`` neighbors, which share what makes them noisy."""
+    errors = pixel_errors(first, second, of_half=of_half)
+    runs = errors[: len(errors) // run * run].reshape(-1, run).mean(axis=1) if len(errors) >= 2 * run else errors
+    spread = float(runs.std(ddof=1) / np.sqrt(len(runs))) if len(runs) > 1 else 0.0
+    # the few brightest outliers say nothing about the rest, and would outweigh it
+    relative = np.sort(relative_errors(first, second, of_half=of_half))
+    kept = relative[: max(1, int(0.999 * len(relative)))]
+    return Estimate(float(errors.mean()), spread, float(kept.mean()))
+
+
+def rarity(early: Array, late: Array, early_counts: Array, late_counts: Array) -> float:
+    """How much more a picture differs from its limit than two pictures with as many samples from each other, 1 to 2.
+
+    Where much of the light comes on rare paths, most pixels have met none: they are darker than the limit by as much as
+    each other, and their halves agree. An early picture of one half against the late one of the other shows it.
+    ``early``, ``late``: (2, n, 3) means of the halves; counts (n,) of their samples.
+    """
+    grow = np.sqrt(1 + early_counts / np.maximum(late_counts, 1))[:, None]
+    limit = late.mean(axis=0)
+    seen = sum(delta_e_2000(_lab(early[k]), _lab(late[1 - k])) for k in (0, 1)) / 2
+    away = grow * (early[0] - early[1]) / np.sqrt(2.0)
+    alike = (delta_e_2000(_lab(limit + away), _lab(limit)) + delta_e_2000(_lab(limit - away), _lab(limit))) / 2
+    return float(np.clip(np.mean(seen) / max(float(np.mean(alike)), 1e-9), 1.0, 2.0))
+
+
+def rarity_after(factor: float, early: float, late: float) -> float:
+    """The same factor after more samples: paths that were rare become common slowly."""
+    return 1 + (factor - 1) * min(1.0, max(early, 1e-9) / max(late, 1e-9)) ** RARITY_POWER
+
+
+def bias(first: Array, second: Array, run: int = 16) -> float:
+    """Mean ΔE2000 between the limits of two pictures (halves, n, 3) traced with equal random numbers.
+
+    Over means of ``run`` pixels; what the noise of the difference adds, told by the halves, is taken away.
+    """
+    blocks = lambda pixels: pixels[: len(pixels) // run * run].reshape(-1, run, 3).mean(axis=1)  # noqa: E731
+    one, other = first.mean(axis=0), second.mean(axis=0)
+    seen = delta_e_2000(_lab(blocks(one)), _lab(blocks(other)))
+    change = (first[0] - second[0] - first[1] + second[1]) / 2
+    noise = delta_e_2000(_lab(blocks(one + change)), _lab(blocks(one)))
+    return float(np.sqrt(max(0.0, float(np.mean(seen**2)) - float(np.mean(noise**2)))))
+
+
+def _lab(pixels: Array) -> Array:
+    return lab_from_linear_rgb(np.maximum(pixels, 0.0))

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The fitted law of a scene: error by samples, time by samples; and what follows for an asked error or time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+MOST_SAMPLES = 1 << 17
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """What a render is expected to need: ``samples`` per pixel in the mean, ``seconds``, ``delta_e`` of its noise."""
+
+    samples: float
+    seconds: float
+    delta_e: float
+
+
+@dataclass(frozen=True, slots=True)
+class CostModel:
+    """``counts`` and ``errors``: samples per pixel and measured ΔE2000 of noise, ascending in samples.
+
+    ``seconds_per_sample``: of the whole picture; ``fixed_s``: loading, compiling and launches. Between measured counts
+    the law is linear in logarithms, beyond the last it goes on with the last slope, held within ``SLOPES``.
+    """
+
+    counts: tuple[int, ...]
+    errors: tuple[float, ...]
+    seconds_per_sample: float
+    fixed_s: float
+
+    SLOPES = (-0.62, -0.42)
+
+    def error(self, samples: float) -> float:
+        """ΔE2000 of noise after ``samples`` per pixel."""
+        logs = np.log(np.maximum(self.errors, 1e-6))
+        counts = np.log(self.counts)
+        at = float(np.log(max(samples, 0.25)))
+        if at <= counts[0]:
+            return float(np.exp(logs[0] - 0.5 * (at - counts[0])))
+        if at <= counts[-1]:
+            return float(np.exp(np.interp(at, counts, logs)))
+        return float(np.exp(logs[-1] + self.slope * (at - counts[-1])))
+
+    @property
+    def slope(self) -> float:
+        """Power of the samples that the error goes with, beyond what was measured: -1/2 for independent numbers."""
+        if len(self.counts) < 2:
+            return -0.5
+        measured = np.log(max(self.errors[-1], 1e-6) / max(self.errors[-2], 1e-6)) / np.log(
+            self.counts[-1] / self.counts[-2]
+        )
+        return float(np.clip(measured, *self.SLOPES))
+
+    def seconds(self, samples: float) -> float:
+        """Time of a whole render with ``samples`` per pixel."""
+        return self.fixed_s + self.seconds_per_sample * samples
+
+    def for_samples(self, samples: float) -> Prediction:
+        """What a number of samples leads to."""
+        return Prediction(samples, self.seconds(samples), self.error(samples))
+
+    def for_error(self, delta_e: float) -> Prediction:
+        """What an asked error takes, by equal samples everywhere."""
+        low, high = 1.0, float(MOST_SAMPLES)
+        for _ in range(60):
+            middle = np.sqrt(low * high)
+            low, high = (middle, high) if self.error(middle) > delta_e else (low, middle)
+        return self.for_samples(high if self.error(1.0) > delta_e else 1.0)
+
+    def for_time(self, seconds: float) -> Prediction:
+        """What can be had in a time."""
+        samples = (seconds - self.fixed_s) / max(self.seconds_per_sample, 1e-12)
+        return self.for_samples(float(np.clip(samples, 1.0, MOST_SAMPLES)))
+
+
+def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most: int = 256, fixed_s: float = 0.0,
+                   asked: float | None = None, budget_s: float | None = None) -> CostModel:  # fmt: skip
+    """Trace a probe further until its law holds for what is asked, at a ``share`` of the render's time at most.
+
+    Parameters
+    ----------
+    probe
+        A ``Probe``.
+    share
+        Part of the whole render's time that it may take beyond ``least`` samples.
+    least
+        Samples of each half, at least.
+    most
+        Samples of each half, at most.
+    fixed_s
+        Time of the render beside its paths.
+    asked
+        The error that is asked for.
+    budget_s
+        The time that is asked for.
+    """
+    from spectral_core.render.cost.probe import Probe
+
+    assert isinstance(probe, Probe)
+    width, height = probe.film.size
+    counts: list[int] = []
+    errors: list[float] = []
+    spent, count = 0.0, 1
+    while True:
+        before = probe.samples
+        errors.append(probe.trace_to(count).delta_e)
+        counts.append(count)
+        spent += 2 * (count - before) * len(probe.pixels) * probe.seconds_per_path
+        known = tuple(error * probe.rarity(each) for each, error in zip(counts, errors, strict=True))
+        model = CostModel(tuple(counts), known, probe.seconds_per_path * width * height, fixed_s)
+        if count >= most:
+            return model
+        if count >= least:
+            wanted = model.for_error(asked) if asked is not None else None
+            wanted = model.for_time(budget_s) if budget_s is not None else wanted
+            enough = wanted is not None and (count >= wanted.samples or spent > share * wanted.seconds)
+            if enough or (wanted is None and count >= 64):
+                return model
+        count *= 4 if count < 16 else 2

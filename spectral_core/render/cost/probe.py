@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A probe: a few thousand pixels of the full picture, in short runs spread over it, traced in two halves.
+
+They are pixels of the picture at its own size: their mean error is the picture's, as far as a sample can tell.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.cost.errors import Estimate, estimate, rarity, rarity_after
+from spectral_core.render.job import RenderJob
+from spectral_core.scene import Film
+
+RUN = 16
+"""Neighboring pixels in a run: what the processor traces together."""
+PIXELS = 4096
+
+
+def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
+    """Numbers of at most ``count`` pixels, in runs of RUN within rows, one in each of equal parts of the picture."""
+    width, height = film.size
+    if width * height <= count:
+        return np.arange(width * height)
+    run = min(RUN, width)
+    across = max(1, width // run)
+    wanted = max(1, count // run)
+    places = across * height
+    rng = np.random.default_rng(film.seed)
+    # one place at random in each of equal stretches of a curve that fills the picture column by column
+    edges = np.linspace(0, places, wanted + 1)
+    chosen = np.unique((edges[:-1] + rng.random(wanted) * np.diff(edges)).astype(np.int64))
+    column, row = chosen // height, chosen % height
+    first = row * width + np.minimum(column * run, width - run)
+    return np.asarray((first[:, None] + np.arange(run)).ravel())
+
+
+class Probe:
+    """Pixels of a job that are traced further and further; ``launch_s``: what a launch costs beside its paths."""
+
+    def __init__(self, job: RenderJob, pixels: NDArray[np.int64] | None = None) -> None:
+        self.film = job.scene.film
+        self.pixels = probe_pixels(self.film) if pixels is None else pixels
+        self._tracer = job.chosen_pixels()
+        self._sums = np.zeros((2, len(self.pixels), 3))
+        self.samples = 0
+        """Samples of each half so far."""
+        self.seconds_per_path = 0.0
+        self._earlier: list[tuple[int, NDArray[np.float64]]] = []
+        start = time.perf_counter()
+        self._launch(0, 1, 0)  # compiles
+        self.compile_s = time.perf_counter() - start
+        start = time.perf_counter()
+        self._launch(0, 1, 1)
+        self.launch_s = time.perf_counter() - start
+        self._sums[:] = 0.0
+
+    def _launch(self, done: int, more: int, half: int) -> Any:
+        none = np.zeros(len(self.pixels), np.int64)
+        sums = self._tracer.trace(self.pixels, none + done, none + more, half)
+        self._sums[half] += sums.colors
+        return sums
+
+    def trace_to(self, samples: int) -> Estimate:
+        """Trace both halves up to ``samples`` each; the error of a picture with as many samples."""
+        more = samples - self.samples
+        if more > 0:
+            start = time.perf_counter()
+            for half in (0, 1):
+                self._launch(self.samples, more, half)
+            spent = time.perf_counter() - start
+            if more >= 4:
+                rest = max(spent - 2 * self.launch_s, 0.2 * spent)
+                self.seconds_per_path = rest / (2 * more * len(self.pixels))
+            self.samples = samples
+            self._earlier.append((samples, self.halves().copy()))
+        first, second = self.halves()
+        return estimate(first, second, RUN, of_half=True)
+
+    def rarity(self, samples: float) -> float:
+        """Factor on the error of a picture with ``samples`` for light on rare paths, see ``errors.rarity``."""
+        counts = [count for count, _ in self._earlier if 4 * count <= self.samples]
+        if not counts:
+            return 1.0
+        early = next(halves for count, halves in self._earlier if count == counts[-1])
+        same = np.ones(len(self.pixels))
+        factor = rarity(early, self.halves(), same * counts[-1], same * self.samples)
+        return rarity_after(factor, counts[-1], samples)
+
+    def halves(self) -> NDArray[np.float64]:
+        """(2, n, 3): the halves' means so far."""
+        return self._sums / max(1, self.samples)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights as rows of weights: how strong an item is at most, how far it reaches around its middle, where it shines."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.render.lights.glows import geometry
+from spectral_core.render.lights.hierarchy import FAR_SUN, FAR_WORLD, Rows
+from spectral_core.render.lights.listing import Ball, Glow, LightList, Panel
+
+STEEPEST = 1e3
+"""Of a beam's edge in the cosine: a steeper one is as good as this, and 32 bits hold it."""
+WIDE_SUN = 0.15
+"""Half angle (radian) from which a sun is weighed without a cosine: it lights what faces away from its middle."""
+
+
+def near_rows(lights: LightList) -> Rows:
+    """Lamps and triangles, in the order of items."""
+    bright = lights.strengths()
+    parts = [_ball(ball, bright[ball.source]) for ball in lights.balls]
+    parts += [_panel(panel, bright[panel.source] / (panel.area if lights.even else 1.0)) for panel in lights.panels]
+    parts += [_glow(glow, bright[glow.source], even=lights.even) for glow in lights.glows]
+    return Rows.joined(parts) if parts else _rows([], [], [])
+
+
+def far_rows(lights: LightList) -> Rows:
+    """Suns and the surroundings, by irradiance."""
+    bright, centers, radii, strengths = lights.strengths(), [], [], []
+    # what an even choice makes of a lamp at the usual distance, the extent of all of them
+    usual = 1.0 / _usual_distance(lights) ** 2
+    for sun in lights.suns:
+        size = np.pi * np.sin(sun.half_angle) ** 2 if sun.half_angle > 0 else 1.0
+        centers.append(sun.direction)
+        radii.append(FAR_WORLD if sun.half_angle > WIDE_SUN else FAR_SUN)
+        strengths.append(usual if lights.even else bright[sun.source] * size)
+    if lights.world is not None:
+        centers.append(np.zeros(3))
+        radii.append(FAR_WORLD)
+        strengths.append(usual if lights.even else lights.world[1])
+    return _rows(centers, radii, strengths)
+
+
+def _usual_distance(lights: LightList) -> float:
+    """Half the extent of all lamps, 1 where there is at most one."""
+    places = [ball.center for ball in lights.balls] + [panel.center for panel in lights.panels]
+    places += [glow.corners.mean(axis=(0, 1)) for glow in lights.glows]
+    extent = float(np.linalg.norm(np.ptp(places, axis=0))) / 2 if places else 0.0
+    return extent or 1.0
+
+
+def _rows(centers: list, radii: list, strengths: list) -> Rows:
+    count = len(centers)
+    return Rows(
+        np.array(centers, dtype=np.float64).reshape(count, 3),
+        np.array(radii, dtype=np.float64),
+        np.array(strengths, dtype=np.float64),
+        np.zeros((count, 3)),
+        np.ones(count),
+        np.zeros(count),
+        np.zeros(count, bool),
+    )
+
+
+def _beamed(rows: Rows, axis: np.ndarray, cosine: float, steep: float) -> Rows:
+    """The same row with light around an axis alone: none below ``cosine``, all of it 1 / ``steep`` above."""
+    steep = min(steep, STEEPEST)
+    # a little wider than it is, for rounding
+    offset = np.array([-(cosine - 1e-3) * steep])
+    return Rows(rows.centers, rows.radii, rows.strengths, axis[None] * steep, offset, rows.least, rows.two_sided)
+
+
+def _ball(ball: Ball, intensity: float) -> Rows:
+    beam = ball.beam
+    peak = 1.0 if beam.photometry is None else float(np.abs(beam.photometry.strength).max())
+    rows = _rows([ball.center], [max(ball.radius, 0.0)], [intensity * peak])
+    lengths = np.linalg.norm(beam.axes, axis=1)
+    if beam.cosine < -1 or np.ptp(lengths) > 1e-6 * lengths.max():  # a stretched cone is weighed as if it were none
+        return rows
+    return _beamed(rows, beam.axes[2] / lengths[2], beam.cosine, 1 / beam.softness)
+
+
+def _panel(panel: Panel, radiance: float) -> Rows:
+    tangent, gain = panel.spread
+    reach = np.linalg.norm(panel.half_axes[:, 0] + panel.half_axes[:, 1] * np.array([[1.0], [-1.0]]), axis=1).max()
+    rows = _rows([panel.center], [reach], [radiance * panel.area * gain])
+    if tangent <= 0:
+        return _beamed(rows, panel.normal, 1e-3, 1.0)
+    cosine = 1 / np.hypot(1, tangent)
+    return _beamed(rows, panel.normal, cosine, 1 / (1 - cosine))
+
+
+def _glow(glow: Glow, radiance: float, *, even: bool) -> Rows:
+    normals, areas = geometry(glow.corners)
+    strengths = areas * radiance * glow.brightness
+    if even:  # the whole object counts as one lamp
+        strengths = areas * glow.brightness / max(float((areas * glow.brightness).sum()), 1e-300)
+    centers = glow.corners.mean(axis=1)
+    reach = np.linalg.norm(glow.corners - centers[:, None], axis=2).max(axis=1)
+    count = len(areas)
+    return Rows(
+        centers,
+        reach,
+        strengths,
+        normals,
+        np.zeros(count),
+        np.full(count, 0.01),
+        np.ones(count, bool),
+    )

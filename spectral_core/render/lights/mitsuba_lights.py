@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mitsuba's own emitters, each as likely as any other: what sampled volumes use, and what our choice is tested with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.lights.choice import Receiver
+from spectral_core.render.lights.scene_lights import LightSample, Met, Rule
+
+
+class MitsubaLights:
+    """The emitters of a Mitsuba scene, as ``SceneLights`` shows its tables."""
+
+    is_empty = False
+
+    def __init__(self, mitsuba: Any, scene: Any) -> None:
+        self._mi, self._scene = mitsuba, scene
+
+    def draw(self, si: Any, to: Receiver, sampler: Any, tables: Any, active: Any) -> LightSample:
+        """A light for a receiver."""
+        ds, light = self._scene.sample_emitter_direction(si, sampler.next_2d(), False, active)
+        return LightSample(ds.d, ds.p, light, ds.pdf, ds.delta, tables.number(ds.emitter))
+
+    def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Met:
+        """Light that a ray brings from what it hits or from the surroundings."""
+        import drjit as dr
+
+        mi = self._mi
+        active = active & (si.is_valid() | shows_world)
+        emitter = si.emitter(self._scene)
+        ds = mi.DirectionSample3f(self._scene, si, path.before)
+        ds.n = dr.select(si.is_valid(), si.n, ds.n)  # the density is one of the geometry, not of its shading
+        pdf = self._scene.pdf_emitter_direction(path.before, ds, active & ~path.before_delta)
+        light = emitter.eval(si, active) * rule(tables.number(emitter), pdf, active)
+        hit = si.is_valid()
+        # a lamp's body lets rays through, a glowing surface does not
+        body = hit & mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Null)
+        return Met(dr.select(body, light, 0.0), dr.select(hit & ~body, light, 0.0), dr.select(hit, 0.0, light))

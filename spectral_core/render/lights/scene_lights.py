@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The lights of a scene for the path integrator: one is drawn for a surface, and what a ray meets is told with the
+density that it could have been drawn with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.lights.balls import Balls, Drawn
+from spectral_core.render.lights.bodies import Bodies
+from spectral_core.render.lights.choice import Choice, Receiver
+from spectral_core.render.lights.emission import Emission
+from spectral_core.render.lights.glows import Glows
+from spectral_core.render.lights.hierarchy import build
+from spectral_core.render.lights.items import far_rows, near_rows
+from spectral_core.render.lights.listing import BALL, PANEL, SUN, TRIANGLE, WORLD, LightList
+from spectral_core.render.lights.panels import Panels, Suns
+from spectral_core.render.plugins.numbers import table
+
+Rule = Callable[[Any, Any, Any], Any]
+"""``rule(number, pdf, active)``: share of a light that counts, given the density that it would be drawn with."""
+
+
+@dataclass
+class LightSample:
+    """A direction towards a light: ``point`` up to which nothing may be in the way, what comes over its density
+    (``value``), the density per solid angle, whether nothing else could have drawn it, the light's number for rules.
+    """
+
+    direction: Any
+    point: Any
+    value: Any
+    pdf: Any
+    delta: Any
+    number: Any
+
+
+@dataclass
+class Met:
+    """Light that a ray brings, by what it comes from."""
+
+    lamps: Any
+    glows: Any
+    world: Any
+
+
+class SceneLights:
+    """Tables of every light. ``reach``: a distance beyond everything in the scene."""
+
+    def __init__(self, mitsuba: Any, lights: LightList, reach: float, emission: Emission) -> None:
+        import drjit
+
+        mi = self._mi = mitsuba
+        self.emission = emission
+        triangles = sum(len(glow.corners) for glow in lights.glows)
+        counts = (len(lights.balls), len(lights.panels), triangles, len(lights.suns), int(lights.world is not None))
+        self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
+        self.kinds = [kind for kind, count in enumerate(counts) if count]
+        # numbers that kernels read: another lamp needs no new kernel
+        self._first = [drjit.opaque(mi.UInt32, int(start)) for start in self._starts]
+        self.balls: Any = Balls(mi, lights.balls) if lights.balls else None
+        self.panels: Any = Panels(mi, lights.panels) if lights.panels else None
+        self.glows: Any = Glows(mi, lights.glows, int(self._starts[TRIANGLE])) if lights.glows else None
+        self.suns: Any = Suns(mi, lights.suns) if lights.suns else None
+        self.world: Any = None if lights.world is None else lights.sources[lights.world[0]].emitter
+        self._world_source = None if lights.world is None else drjit.opaque(mi.UInt32, lights.world[0])
+        self.is_empty = not self.kinds
+        self._kinds_by_number = np.zeros(len(lights.sources) + 1, np.uint32)
+        self._kinds_by_number[[glow.source + 1 for glow in lights.glows]] = 2
+        if lights.world is not None:
+            self._kinds_by_number[lights.world[0] + 1] = 1
+        has_bodies = bool(lights.panels) or any(ball.radius > 0 for ball in lights.balls)
+        self.bodies = Bodies(mi, lights) if has_bodies else None
+        self.any_visible = any(s.camera_visible for s in lights.sources)
+        self._visible = table(mi.UInt32, [int(s.camera_visible) for s in lights.sources] or [0])
+        self._reach = drjit.opaque(mi.Float, float(reach))
+        if self.is_empty:
+            return
+        sources = [item.source for group in (lights.balls, lights.panels) for item in group]
+        sources += [glow.source for glow in lights.glows for _ in range(len(glow.corners))]
+        sources += [sun.source for sun in lights.suns] + ([] if lights.world is None else [lights.world[0]])
+        self._sources = table(mi.UInt32, sources)
+        self._varied = None
+        emitters = [source.emitter for source in lights.sources]
+        if any(glow.source is not None and emitters[glow.source] is not None for glow in lights.glows):
+            varied = [None if index == (lights.world or (-1,))[0] else e for index, e in enumerate(emitters)]
+            self._varied = mi.EmitterPtr(varied)
+        self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)))
+
+    def kinds_by_number(self) -> NDArray[np.uint32]:
+        """By number of a light: 1 for the surroundings, 2 for a surface that glows, 0 for a lamp."""
+        return self._kinds_by_number
+
+    def draw(self, si: Any, to: Receiver, sampler: Any, tables: Any, active: Any) -> LightSample:
+        """A light for a receiver."""
+        import drjit as dr
+
+        mi = self._mi
+        pick = sampler.next_1d() if self.choice.count > 1 else mi.Float(0.0)
+        uv = sampler.next_2d()
+        item, probability = self.choice.draw(to, pick, active)
+        active = active & (probability > 0.0)
+        source = dr.gather(mi.UInt32, self._sources, item, active)
+        drawn, value = self._drawn(si, item, source, uv, active)
+        pdf = dr.select(drawn.delta, 1.0, drawn.pdf * probability)
+        value = dr.select(active & (drawn.pdf > 0.0), value / dr.maximum(probability, 1e-37), 0.0)
+        far = dr.minimum(drawn.distance, self._reach)
+        return LightSample(drawn.direction, si.p + drawn.direction * far, value, pdf, drawn.delta, source + 1)
+
+    def _drawn(self, si: Any, item: Any, source: Any, uv: Any, active: Any) -> tuple[Drawn, Any]:
+        """A direction towards an item and the light from there over its density."""
+        import drjit as dr
+
+        mi = self._mi
+        result: Any = None
+        value = mi.Spectrum(0.0)
+        for kind in self.kinds:
+            alone = len(self.kinds) == 1
+            start, end = self._first[kind], self._first[kind + 1]
+            of_kind = active if alone else active & (item >= start) & (item < end)
+            slot = item - start
+            if kind == WORLD:
+                ds, weight = self.world.sample_direction(si, uv, of_kind)
+                drawn = Drawn(ds.d, mi.Float(dr.inf), mi.Float(1.0), ds.pdf, mi.Bool(False), ds.n, ds.uv)
+                light = mi.Spectrum(weight) * self.emission.gain(source, of_kind)
+            else:
+                draws = {BALL: self.balls, PANEL: self.panels, TRIANGLE: self.glows, SUN: self.suns}[kind]
+                drawn = draws.draw(slot, si.p, uv, of_kind)
+                light = self._emitted(si, drawn, source, of_kind, kind) * drawn.factor
+            if alone:
+                return drawn, light
+            value = dr.select(of_kind, light, value)
+            result = drawn if result is None else _either(of_kind, drawn, result)
+        return result, value
+
+    def _emitted(self, si: Any, drawn: Drawn, source: Any, active: Any, kind: int) -> Any:
+        import drjit as dr
+
+        mi = self._mi
+        light = self.emission.of(source, si.wavelengths, active)
+        if kind != TRIANGLE or self._varied is None:
+            return light
+        emitter = dr.gather(mi.EmitterPtr, self._varied, source, active)
+        varied = active & (emitter != None)  # noqa: E711 (an array of pointers)
+        ds = dr.zeros(mi.DirectionSample3f)
+        ds.p, ds.d, ds.dist = si.p + drawn.direction * drawn.distance, drawn.direction, drawn.distance
+        ds.n, ds.uv, ds.emitter, ds.time = drawn.normal, drawn.uv, emitter, si.time
+        shown = emitter.eval_direction(si, ds, varied) * self.emission.gain(source, varied)
+        return dr.select(varied, shown, light)
+
+    # meeting
+
+    def met(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, shows_world: Any) -> Met:
+        """Light that a ray brings from lamps on its way, from what it hits, and from the surroundings."""
+        import drjit as dr
+
+        mi = self._mi
+        total = Met(mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
+        to = Receiver(path.before.p, path.before.n, path.before_both)
+        camera = path.depth == 0
+        may_meet = active & (mi.Bool(True) if self.any_visible else ~camera)
+        if self.glows is not None:
+            total.glows = self._met_glow(si, to, path, rule, tables, active & si.is_valid())
+        if self.bodies is not None:
+            length = dr.minimum(si.t, path.ray.maxt)
+            total.lamps += self.bodies.each(
+                path.ray, length, may_meet, lambda item, on: self._met_body(item, length, to, path, rule, on)
+            )
+        missed = active & ~si.is_valid() & shows_world
+        if self.suns is not None and self.suns.have_size:
+            total.lamps += self._met_suns(to, path, rule, may_meet & ~si.is_valid())
+        if self.world is not None:
+            source = mi.UInt32(self._world_source)
+            ds = dr.zeros(mi.DirectionSample3f)
+            ds.d, ds.emitter, ds.dist, ds.p = path.ray.d, mi.EmitterPtr(self.world), self._reach, si.p
+            wanted = missed & ~path.before_delta
+            pdf = self.world.pdf_direction(path.before, ds, wanted)
+            pdf *= self.choice.probability(self._first[WORLD], to, wanted)
+            shown = mi.Spectrum(self.world.eval(si, missed)) * self.emission.gain(source, missed)
+            total.world = shown * rule(source + 1, pdf, missed)
+        return total
+
+    def _seen(self, source: Any, path: Any, active: Any) -> Any:
+        """Lamps that this ray sees: all but the camera's, which sees those that are made visible."""
+        import drjit as dr
+
+        if not self.any_visible:
+            return active
+        visible = dr.gather(self._mi.UInt32, self._visible, source, active) != 0
+        return active & (visible | (path.depth > 0))
+
+    def _met_glow(self, si: Any, to: Receiver, path: Any, rule: Rule, tables: Any, active: Any) -> Any:
+        import drjit as dr
+
+        mi = self._mi
+        item, number = self.glows.met(tables, si, active)
+        glows = active & (number > 0)
+        source = dr.select(glows, number, 1) - 1
+        light = self.emission.of(source, path.ray.wavelengths, glows)
+        if self._varied is not None:
+            emitter = dr.gather(mi.EmitterPtr, self._varied, source, glows)
+            varied = glows & (emitter != None)  # noqa: E711 (an array of pointers)
+            light = dr.select(varied, emitter.eval(si, varied) * self.emission.gain(source, varied), light)
+        wanted = glows & ~path.before_delta
+        away = si.p - to.place
+        distance = dr.norm(away)
+        pdf = self.glows.pdf(item - self._first[TRIANGLE], path.ray.d, distance, wanted)
+        pdf *= self.choice.probability(item, to, wanted)
+        return dr.select(glows, light * rule(number, pdf, glows), 0.0)
+
+    def _met_body(self, item: Any, length: Any, to: Receiver, path: Any, rule: Rule, active: Any) -> Any:
+        import drjit as dr
+
+        mi = self._mi
+        source = dr.gather(mi.UInt32, self._sources, item, active)
+        active = self._seen(source, path, active)
+        ray = path.ray.o, path.ray.d, length
+        amount, pdf, met = mi.Float(0.0), mi.Float(0.0), mi.Bool(False)
+        for kind in (BALL, PANEL):
+            lamps = self.balls if kind == BALL else self.panels
+            if lamps is None:
+                continue
+            start = self._first[kind]
+            of_kind = active & (item >= start) & (item < self._first[kind + 1])
+            slot = item - start
+            at = lamps.meet(slot, ray, of_kind)
+            of_kind &= dr.isfinite(at)
+            distance = dr.norm(path.ray.o + path.ray.d * at - to.place)
+            if kind == BALL:
+                own = self.balls.radiance(slot, to.place, path.ray.d, distance, of_kind)
+                density = self.balls.pdf(slot, to.place, of_kind)
+            else:
+                own = self.panels.radiance(slot, path.ray.d, distance, of_kind)
+                density = self.panels.pdf(slot, to.place, path.ray.d, distance, of_kind)
+            amount, pdf = dr.select(of_kind, own, amount), dr.select(of_kind, density, pdf)
+            met |= of_kind
+        met &= amount > 0.0
+        pdf *= self.choice.probability(item, to, met & ~path.before_delta)
+        light = self.emission.of(source, path.ray.wavelengths, met) * amount
+        return dr.select(met, light * rule(source + 1, pdf, met), 0.0)
+
+    def _met_suns(self, to: Receiver, path: Any, rule: Rule, active: Any) -> Any:
+        import drjit as dr
+
+        mi = self._mi
+        start, end = self._first[SUN], self._first[SUN + 1]
+
+        def body(item: Any, total: Any) -> Any:
+            source = dr.gather(mi.UInt32, self._sources, item, active)
+            shown = self._seen(source, path, active)
+            met, pdf = self.suns.meets(item - start, path.ray.d, shown)
+            pdf *= self.choice.probability(item, to, met & ~path.before_delta)
+            light = self.emission.of(source, path.ray.wavelengths, met)
+            return item + 1, total + dr.select(met, light * rule(source + 1, pdf, met), 0.0)
+
+        begin = (mi.UInt32(start), mi.Spectrum(0.0))
+        return dr.while_loop(begin, lambda item, _t: active & (item < end), body, labels=("item", "total"))[1]
+
+
+def _either(which: Any, drawn: Drawn, other: Drawn) -> Drawn:
+    """Each lane's own."""
+    import drjit as dr
+
+    return Drawn(*(dr.select(which, getattr(drawn, n), getattr(other, n)) for n in Drawn.__dataclass_fields__))

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a surface emits, and the weights of the closures that it is mixed from."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import Emission, Principled, Scalar, Surface, Weight, leaves, weighted_leaves
+
+
+def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
+    """A weight as a Mitsuba texture."""
+    result = context.constant(weight.constant)
+    zero, one = context.constant(0.0), context.constant(1.0)
+    for value, complement in weight.varying:
+        factor = paint.scalar_texture(context, value, subject)
+        ends = {"first": one, "second": zero} if complement else {"first": zero, "second": one}
+        amount = context.load({"type": "mixed_paint", "factor": factor, **ends})
+        result = context.load({"type": "product_paint", "color": result, "amount": amount})
+    return result
+
+
+def is_dark(surface: Surface | None) -> bool:
+    """Whether a surface emits nothing."""
+    emitted = [c.strength if isinstance(c, Emission) else getattr(c, "emission_strength", 0.0) for c in leaves(surface)]
+    return all(isinstance(strength, (int, float)) and strength == 0 for strength in emitted)
+
+
+def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
+    """Texture of the radiance that a surface emits, None where it is dark."""
+    terms = []
+    for weight, closure in weighted_leaves(surface):
+        if isinstance(closure, Emission):
+            color, strength = closure.color, closure.strength
+        elif isinstance(closure, Principled):
+            color, strength = closure.emission_color, closure.emission_strength
+            weight = weight.times(closure.alpha)
+        else:
+            continue
+        term = _emission_term(context, (color, strength), weight, subject)
+        if term is not None:
+            terms.append(term)
+    if not terms:
+        return None
+    total = terms[0]
+    half = context.load({"type": "uniform", "value": 0.5})
+    for term in terms[1:]:  # twice the half-and-half mix is the sum
+        total = context.load({"type": "mixed_paint", "factor": half, "first": total, "second": term, "scale": 2.0})
+    return total
+
+
+def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight, subject: str) -> Any | None:
+    color, strength = emitted
+    constant = float(strength) if isinstance(strength, (int, float)) else 1.0
+    constant *= weight.constant
+    if constant == 0:
+        return None
+    texture = paint.emission(context, color, constant, subject)
+    if weight.varying:
+        amount = weight_texture(context, Weight(weight.varying), subject)
+        texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
+    if not isinstance(strength, (int, float)):
+        amount = paint.scalar(context, strength, subject)
+        texture = context.load({"type": "product_paint", "color": texture, "amount": amount})
+    return texture

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's lamps as rows of our own light tables, in Blender's units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.lights.glows import geometry as triangle_geometry
+from spectral_core.render.lights.listing import Ball, Beam, Glow, LightList, Panel, Source, Sun
+from spectral_core.render.mitsuba_scene import geometry, paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
+from spectral_core.render.plugins.numbers import table
+from spectral_core.scene import (
+    AreaLight,
+    Color,
+    Emission,
+    Light,
+    PointLight,
+    Principled,
+    SpotLight,
+    SunLight,
+    Surface,
+    World,
+    weighted_leaves,
+)
+from spectral_core.scene.paint import ImageTexture
+from spectral_core.spectra.spectrum import Spectrum
+
+SHARPEST_SUN = 1e-5
+"""Half angle (radian) below which a sun has no size."""
+
+
+def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
+    """Enter a lamp; its source, None where it sheds no light."""
+    color = plain_color(context, light)
+    if isinstance(light, SunLight):
+        return _sun(context, lights, light, color)
+    if light.power_w == 0:
+        return None
+    if isinstance(light, AreaLight):
+        return _panel(context, lights, light, color)
+    return _ball(context, lights, light, color)
+
+
+def _source(context: Context, lights: LightList, light: Light, color: Color | Spectrum, strength: float) -> int:
+    emitted = emitted_by(context, color, strength)
+    source = lights.add_source(Source(emitted, light.group, camera_visible=light.camera_visible))
+    _switched(context, lights, source, light.group)
+    return source
+
+
+def emitted_by(context: Context, color: Color | Spectrum, strength: float) -> Any:
+    """What a source of a paint emits: a spectrum, or linear RGB (3,)."""
+    if context.spectral:
+        return paint.emitted_spectrum(color, context.white).scaled(strength)
+    return paint.emitted_rgb(color) * strength
+
+
+def _switched(context: Context, lights: LightList, source: int, group: str) -> None:
+    if context.switches is not None:
+        context.switches.setdefault(group, []).append(lambda on: lights.switch(source, on))
+
+
+def _ball(context: Context, lights: LightList, light: PointLight | SpotLight, color: Color | Spectrum) -> int:
+    source = _source(context, lights, light, color, light.power_w / (4 * np.pi))
+    radius = max(float(light.radius), 0.0)
+    plain = beam_axes(light)
+    axes, cosine, softness = np.eye(3), -2.0, 1e-6
+    if isinstance(light, SpotLight):
+        axes = beam_axes(light, light.cone_scale)
+        cosine = float(np.cos(min(light.cone_angle_rad, np.pi) / 2))
+        softness = max(1e-6, (1.0 - cosine) * float(light.blend))
+    lights.balls.append(
+        Ball(
+            source,
+            light.world_from_light[:3, 3],
+            radius,
+            radius if light.soft_falloff else 0.0,
+            Beam(axes, cosine, softness, plain, light.photometry),
+            (light.falloff.power, light.falloff.smooth),
+        )
+    )
+    return source
+
+
+def _sun(context: Context, lights: LightList, light: SunLight, color: Color | Spectrum) -> int | None:
+    toward = light.world_from_light[:3, 2]
+    length = float(np.linalg.norm(toward))
+    if light.irradiance == 0 or length == 0:
+        return None
+    half = min(min(light.angle_rad, np.pi) / 2, np.radians(89.0))
+    half = half if half >= SHARPEST_SUN else 0.0
+    # the disk's irradiance on what faces it: radiance · π sin²(half angle)
+    strength = light.irradiance / (np.pi * np.sin(half) ** 2) if half else light.irradiance
+    source = _source(context, lights, light, color, strength)
+    lights.suns.append(Sun(source, toward / length, half))
+    return source
+
+
+def _panel(context: Context, lights: LightList, light: AreaLight, color: Color | Spectrum) -> int | None:
+    axes = light.world_from_light[:3, :3].copy()
+    axes[:, 1:] *= -1  # turned about x, so that the front looks along -z
+    half = axes[:, :2] * np.asarray(light.size, dtype=np.float64) / 2
+    front = np.cross(half[:, 0], half[:, 1])
+    center = light.world_from_light[:3, 3]
+    area = 4.0 * float(np.linalg.norm(front)) * (np.pi / 4 if light.shape == "ellipse" else 1.0)
+    if not area > max(SMALLEST_AREA * float(np.abs(center).max() + np.abs(half).max()) ** 2, 1e-30):
+        context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
+        return None
+    # mirroring turns the corners round, but not the side that shines
+    normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)
+    source = _source(context, lights, light, color, light.power_w / (np.pi * area))
+    lights.panels.append(
+        Panel(
+            source,
+            center,
+            half,
+            normal,
+            light.shape == "ellipse",
+            spread_of(light),
+            (light.falloff.power, light.falloff.smooth),
+        )
+    )
+    return source
+
+
+def add_world(context: Context, lights: LightList, world: World, emitter: Any) -> int:
+    """Enter the surroundings, whose light Mitsuba's emitter knows."""
+    _read_numbers(context, emitter)
+    source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
+    lights.world = (source, np.pi * _mean_brightness(world))
+    return source
+
+
+def _read_numbers(context: Context, emitter: Any) -> None:
+    """Let kernels read an emitter's numbers instead of knowing them: another color then compiles nothing."""
+    import drjit as dr
+
+    parameters = context.mitsuba.traverse(emitter)
+    for name, value in list(parameters.items()):
+        if dr.is_jit_v(value):
+            dr.make_opaque(value)
+            parameters[name] = value
+    parameters.update()
+
+
+def _mean_brightness(world: World) -> float:
+    """Mean radiance over all directions, all channels alike."""
+    if isinstance(world.color, ImageTexture):
+        pixels = np.maximum(paint.color_pixels(world.color), 0.0).mean(axis=2)
+        rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
+        return float(world.strength * (pixels.mean(axis=1) @ rows) / rows.sum())
+    if isinstance(world.color, Color):
+        return float(world.strength * np.mean(np.maximum(world.color.linear_rgb, 0.0)))
+    return float(world.strength)
+
+
+def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | None:
+    """The one color and strength that a surface glows in everywhere, None where it varies or several add up."""
+    found: list[tuple[Any, float]] = []
+    for weight, closure in weighted_leaves(surface):
+        if isinstance(closure, Emission):
+            color, strength = closure.color, closure.strength
+        elif isinstance(closure, Principled):
+            color, strength = closure.emission_color, closure.emission_strength
+            weight = weight.times(closure.alpha)
+        else:
+            continue
+        if not isinstance(strength, (int, float)):
+            return None
+        if strength * weight.constant == 0:
+            continue
+        if weight.varying or not isinstance(color, (Color, Spectrum)):
+            return None
+        found.append((color, float(strength) * weight.constant))
+    return found[0] if len(found) == 1 else None
+
+
+def add_glow(context: Context, part: geometry.Part, shape: Any, glow: tuple[Any, Any, str]) -> None:
+    """Enter a glowing mesh: what it emits (None where its emitter knows), the emitter, the light group."""
+    assert context.lights is not None
+    emitted, emitter, group = glow
+    lights, corners = context.lights, part.positions[part.triangles].astype(np.float64)
+    uvs = None if part.uvs is None else part.uvs[part.triangles]
+    source = lights.add_source(Source(emitted, group, emitter))
+    if emitter is None:
+        brightness = np.ones(len(corners))
+        _switched(context, lights, source, group)
+    else:  # a varying glow has its switch in its texture
+        brightness = _glow_by_triangle(context, emitter, shape, corners, uvs)
+    lights.glows.append(Glow(source, corners, uvs, shape, brightness))
+
+
+def _glow_by_triangle(context: Context, emitter: Any, shape: Any, corners: Any, uvs: Any) -> Any:
+    """How brightly each triangle of a varying glow shines, (t,), from three points of each."""
+    import drjit as dr
+
+    mi = context.mitsuba
+    total = np.zeros(len(corners))
+    for weights in ((0.6, 0.2, 0.2), (0.2, 0.6, 0.2), (0.2, 0.2, 0.6)):
+        si = dr.zeros(mi.SurfaceInteraction3f, len(corners))
+        si.p = mi.Point3f(*(table(mi.Float, row) for row in np.tensordot(corners, weights, (1, 0)).T))
+        normals, _ = triangle_geometry(corners)
+        si.n = mi.Normal3f(*(table(mi.Float, row) for row in normals.T))
+        si.sh_frame, si.wi = mi.Frame3f(si.n), mi.Vector3f(0.0, 0.0, 1.0)
+        at = np.broadcast_to(weights[1:], (len(corners), 2)) if uvs is None else np.tensordot(uvs, weights, (1, 0))
+        si.uv = mi.Point2f(*(table(mi.Float, row) for row in at.T))
+        si.shape, si.prim_index = mi.ShapePtr(shape), dr.arange(mi.UInt32, len(corners))
+        if context.spectral:
+            si.wavelengths = mi.Spectrum(450.0, 530.0, 590.0, 640.0)
+        total += np.abs(np.array(dr.mean(emitter.radiance.eval(si))).reshape(-1)) / 3
+    if context.spectral:
+        total /= float(np.mean(paint.white_light().at(np.array([450.0, 530.0, 590.0, 640.0]))))
+    # what the three points miss still gets a share
+    return np.maximum(total, 0.1 * total.mean()) + 1e-12

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is cut off from paths: caustics, contributions above a clamp, and what surfaces on a shadow ray keep back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.trace.path_settings import PathSettings
+from spectral_core.scene import Rays
+
+
+def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
+    """Whether a diffuse ray meets a mirror or a glass that caustics are switched off for."""
+    import mitsuba as mi
+
+    limits = settings.limits
+    cut = mi.Bool(False)
+    flags = bsdf.flags()
+    diffuse = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
+    bends = mi.has_flag(flags, mi.BSDFFlags.Transmission)
+    if not limits.reflective_caustics:
+        cut |= ~bends
+    if not limits.refractive_caustics:
+        cut |= bends
+    return cut & ~diffuse & (kind == int(Rays.DIFFUSE))
+
+
+def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
+    """A contribution brought down to the limits on a sample's mean."""
+    import drjit as dr
+    import mitsuba as mi
+
+    limits = settings.limits
+    if limits.clamp_direct <= 0 and limits.clamp_indirect <= 0:
+        return value
+    none = float(dr.largest(mi.Float))
+    highest = [limit * settings.white if limit > 0 else none for limit in (limits.clamp_direct, limits.clamp_indirect)]
+    low, high = (dr.opaque(mi.Float, limit) for limit in highest)
+    mean = dr.mean(dr.abs(value))
+    most = dr.select(indirect, high, low)
+    return value * dr.select(mean > most, most / mean, 1.0)
+
+
+def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+    """The product of what the surfaces on a shadow ray let through.
+
+    ``way``: scene and ray; ``light``: number of the light, surfaces passed before, marks of the ray.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    scene, ray = way
+    emitter, passed, marks = light
+
+    def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
+        si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+        si.dn_dv = marks
+        met = active & si.is_valid()
+        blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
+        clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
+        layers = dr.select(blocks, layers + 1, layers)
+        rest = ray.maxt - si.t
+        ray = dr.select(met, si.spawn_ray(ray.d), ray)
+        ray.maxt = rest
+        return ray, clear, layers, met & (dr.max(clear) > 0.0) & (layers <= most_layers)
+
+    start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), active)
+    _, clear, layers, _ = dr.while_loop(start, lambda _r, _c, _n, active: active, body)
+    # a way that was cut off in the middle is blocked
+    return dr.select(layers <= most_layers, clear, 0.0)

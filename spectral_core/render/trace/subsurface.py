@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light below the surface: a random walk inside the object, from where light enters to where it leaves.
+
+Chiang, Kutz and Burley 2016, "Practical and controllable subsurface scattering for production path tracing"; the
+albedo of a single scattering from the color that is to be seen by d'Eon, "A Hitchhiker's Guide to Multiple Scattering",
+Eq. 53.7.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+MOST_STEPS = 256
+START = 1e-6
+"""How far below the surface a walk starts, over the size of its coordinates."""
+LEAST_ALBEDO = 0.2
+"""Darker media are walked as this one, and what leaves them is dimmed."""
+SCALE = 0.25 / 3.14159265358979
+"""Mean free path over Blender's radius, so that the walk looks as its older models did."""
+PEAKS_NM = (610.0, 550.0, 465.0)
+"""Wavelengths that the radii of red, green and blue hold at; in between they change evenly."""
+
+
+def per_wavelength(mi: Any, dr: Any, rgb: Any, wavelengths: Any) -> Any:
+    """Three radii as one per channel of the transport."""
+    if not mi.is_spectral:
+        return mi.Color3f(rgb)
+    red, green, blue = PEAKS_NM
+    to_red = dr.clip((wavelengths - green) / (red - green), 0.0, 1.0)
+    to_blue = dr.clip((green - wavelengths) / (green - blue), 0.0, 1.0)
+    return rgb.y + (rgb.x - rgb.y) * to_red + (rgb.z - rgb.y) * to_blue
+
+
+def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) -> tuple[Any, Any, Any, Any]:
+    """Follow light from ``start`` (hit, its number, drawn sample, seen color, active).
+
+    Returns the ray that meets the surface from inside where light leaves, the factor on the throughput, whether it
+    leaves at all, and the sampler.
+    """
+    si, own, bs, color, active = start
+    toward = mi.Vector3f(si.dn_du)
+    outward = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, toward)))
+    smooth = mi.Vector3f(dr.mulsign(si.sh_frame.n, dr.dot(si.sh_frame.n, outward)))
+    direction = mi.Frame3f(-smooth).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
+    enters = mi.Bool(active) & (dr.dot(direction, outward) < 0.0)
+
+    g = bs.eta
+    radius = dr.maximum(per_wavelength(mi, dr, bs.wo, si.wavelengths) * SCALE, 1e-9)
+    seen = dr.clip(color, 0.0, 0.9999)
+    root = dr.safe_sqrt(9.59217 + 41.6808 * seen + 17.7126 * seen * seen)
+    square = dr.square(4.20863 * seen - root + 4.09712)
+    albedo = dr.clip((1.0 - square) / (1.0 - g * square), 0.0, 0.999999)
+    extinction = dr.rcp(radius)
+    dimmed = dr.minimum(albedo / LEAST_ALBEDO, 1.0)
+    albedo = dr.maximum(albedo, LEAST_ALBEDO)
+    factor = mi.Spectrum(bs.pdf) * dimmed
+    channels = dr.size_v(mi.Spectrum)
+
+    def body(ray: Any, factor: Any, steps: Any, walking: Any, left: Any, sampler: Any) -> tuple[Any, ...]:
+        share = dr.abs(factor * albedo)
+        share = dr.select(dr.sum(share) > 0.0, share / dr.maximum(dr.sum(share), 1e-30), 1.0 / channels)
+        pick, place = sampler.next_1d(), sampler.next_1d()
+        chosen, below = extinction[0], share[0]
+        for k in range(1, channels):
+            chosen = dr.select(pick >= below, extinction[k], chosen)
+            below = below + share[k]
+        ray.maxt = -dr.log(1.0 - place) / chosen
+        hit = scene.ray_intersect_preliminary(ray, coherent=False, active=walking)
+        met = walking & hit.is_valid()
+        ends = met & (tables.shape_number(hit) == own)
+        length = dr.select(met, hit.t, ray.maxt)
+        clear = dr.exp(-extinction * length)
+        collides = dr.select(met, mi.Spectrum(1.0), extinction)
+        density = dr.sum(share * collides * clear)
+        scattered = dr.select(met, mi.Spectrum(1.0), extinction * albedo)
+        gained = dr.select(density > 0.0, scattered * clear / dr.maximum(density, 1e-30), 0.0)
+        factor = dr.select(walking, factor * gained, factor)
+        onward = walking & ~ends
+        turned = mi.Frame3f(ray.d).to_world(scattering(mi, dr, g, sampler.next_2d()))
+        # another object inside of this one is not there for its walk
+        step = dr.select(met, length * (1.0 + 1e-4) + 1e-6, length)
+        ray.o = dr.select(onward, ray.o + ray.d * step, ray.o)
+        ray.d = dr.select(onward & ~met, turned, ray.d)
+        alive = onward & (steps < MOST_STEPS) & (dr.max(factor) > 1e-6)
+        return ray, factor, steps + 1, alive, left | ends, sampler
+
+    first = mi.Ray3f(si.spawn_ray(direction))
+    # nearer to the surface than other rays start: paths may be shorter than their distance
+    first.o = si.p - outward * ((1.0 + dr.max(dr.abs(si.p))) * START)
+    state = (first, factor, mi.UInt32(0), enters, mi.Bool(False), sampler)
+    labels = ("ray", "factor", "steps", "walking", "left", "sampler")
+    ray, factor, _, _, left, sampler = dr.while_loop(state, lambda r, f, s, walking, e, m: walking, body, labels=labels)
+    ray.maxt = dr.largest(mi.Float)
+    return ray, factor, left, sampler
+
+
+def leaving(mi: Any, dr: Any, si: Any, sample: Any) -> tuple[Any, Any]:
+    """How light leaves a surface that it meets from inside: evenly bright, outward; a BSDF's sample and a direction."""
+    bs = dr.zeros(mi.BSDFSample3f)
+    local = mi.warp.square_to_cosine_hemisphere(sample)
+    outward = mi.Frame3f(_out(mi, dr, si)).to_world(local)
+    bs.wo, bs.eta = si.to_local(outward), mi.Float(1.0)
+    bs.pdf = dr.select(cosine_out(mi, dr, si, outward) > 0.0, local.z / dr.pi, 0.0)
+    bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.DiffuseReflection))
+    return bs, outward
+
+
+def cosine_out(mi: Any, dr: Any, si: Any, direction: Any) -> Any:
+    """Cosine of a direction to the outside of a surface that is met from inside; 0 for one that leads back in."""
+    along = -mi.Vector3f(si.dn_du)
+    same_side = dr.dot(si.n, along) * dr.dot(si.n, direction) > 0.0
+    return dr.select(same_side, dr.maximum(dr.dot(_out(mi, dr, si), direction), 0.0), 0.0)
+
+
+def _out(mi: Any, dr: Any, si: Any) -> Any:
+    """The shading normal on the side that a ray from inside goes to."""
+    geometric = mi.Vector3f(dr.mulsign(si.n, -dr.dot(si.n, mi.Vector3f(si.dn_du))))
+    return mi.Vector3f(dr.mulsign(si.sh_frame.n, dr.dot(si.sh_frame.n, geometric)))
+
+
+def scattering(mi: Any, dr: Any, g: Any, sample: Any) -> Any:
+    """Direction about +z by Henyey and Greenstein."""
+    square = dr.square((1.0 - g * g) / (1.0 - g + 2.0 * g * sample.x))
+    cosine = dr.select(
+        dr.abs(g) < 1e-3, 1.0 - 2.0 * sample.x, (1.0 + g * g - square) / (2.0 * dr.select(g == 0.0, 1.0, g))
+    )
+    sine = dr.safe_sqrt(1.0 - cosine * cosine)
+    around_y, around_x = dr.sincos(2.0 * dr.pi * sample.y)
+    return mi.Vector3f(sine * around_x, sine * around_y, cosine)

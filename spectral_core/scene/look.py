@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene under a light of one's choice: some of its lamps alone, or all of them with another spectrum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import require_range
+from spectral_core.scene.geometry import Instance
+from spectral_core.scene.leaves import map_leaves
+from spectral_core.scene.lights import Light, World
+from spectral_core.scene.paint import Color
+from spectral_core.scene.scene import Scene
+from spectral_core.scene.surface import Emission, Material, Principled
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Spectrum
+
+Array = NDArray[np.float64]
+
+_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+"""Cone responses of XYZ (Lam 1985), as CIECAM97s and ICC profiles use them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """How a scene is looked at.
+
+    ``lamps``: names of the lights that shine alone, None for all; ``with_world``: whether the world shines with them.
+    ``group``: the light group that shines alone, None for all. ``spectrum``: what everything that shines has, None for
+    its own; tinted lamps and images keep their tint. ``exposure_stops``: brightness of the picture. ``adapts``: whether
+    an eye is used to ``spectrum``, so that white surfaces look white under it.
+    """
+
+    lamps: frozenset[str] | None = None
+    group: str | None = None
+    spectrum: Spectrum | None = None
+    exposure_stops: float = 0.0
+    adapts: bool = False
+    with_world: bool = False
+
+    def __post_init__(self) -> None:
+        require_range("exposure of a look", self.exposure_stops, -32.0, 32.0, " stops")
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the scene is looked at as it is."""
+        return self.lamps is None and self.group is None and self.spectrum is None and self.exposure_stops == 0
+
+    @property
+    def picture_matrix(self) -> Array:
+        """(3, 3) from linear sRGB of a picture to that of its display: exposure, and adaptation (Bradford)."""
+        factor = 2.0**self.exposure_stops
+        if not self.adapts or self.spectrum is None or not np.any(self.spectrum.values):
+            return np.eye(3) * factor
+        white = xyz_of(normalized(Illuminant("white", self.spectrum.grid, self.spectrum.values)))
+        daylight = np.linalg.inv(RGB_FROM_XYZ) @ np.ones(3)
+        # a line may have a cone response near or below 0, which no eye is used to
+        seen, wanted = np.maximum(_BRADFORD @ white, 0.05), _BRADFORD @ daylight
+        adapted = np.linalg.inv(_BRADFORD) @ np.diag(wanted / seen) @ _BRADFORD
+        return np.asarray(RGB_FROM_XYZ @ adapted @ np.linalg.inv(RGB_FROM_XYZ) * factor)
+
+    def on(self, scene: Scene) -> Scene:
+        """``scene`` under this look."""
+        if self.lamps is not None:
+            lamps = self.lamps
+            scene = _alone(scene, lambda light: light.name in lamps, world=self.with_world, glows=lambda _group: False)
+        if self.group is not None:
+            group = self.group
+            world = scene.world.group == group
+            scene = _alone(scene, lambda light: light.group == group, world=world, glows=lambda name: name == group)
+        return scene if self.spectrum is None else _shining(scene, self.spectrum)
+
+
+def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
+    """The lights that ``shines`` names, the world or not, and what glows in the groups that ``glows`` names."""
+    found = {material.name: _dark(material) for material in scene.materials}
+    dark = {name: made for name, made in found.items() if made is not None}
+    names = {material.name for material in scene.materials}
+    instances: list[Instance] = []
+    used: set[str] = set()
+    for instance in scene.instances:
+        worn = instance.materials
+        if not glows(instance.group) and dark.keys() & set(worn):
+            worn = tuple(_dark_name(name, names) if name in dark else name for name in worn)
+            used.update(name for name in instance.materials if name in dark)
+        instances.append(replace(instance, materials=worn))
+    extra = tuple(replace(dark[name], name=_dark_name(name, names)) for name in sorted(used))
+    return replace(
+        scene,
+        lights=tuple(light for light in scene.lights if shines(light)),
+        world=scene.world if world else World(),
+        instances=tuple(instances),
+        materials=(*scene.materials, *extra),
+    )
+
+
+def _dark_name(name: str, taken: set[str]) -> str:
+    wanted = f"{name} (dark)"
+    while wanted in taken:
+        wanted += "'"
+    return wanted
+
+
+def _dark(material: Material) -> Material | None:
+    """The material without its glow, None where it has none."""
+    if material.surface is None:
+        return None
+
+    def without(leaf: Any) -> Any:
+        if isinstance(leaf, Emission):
+            return replace(leaf, strength=0.0)
+        if isinstance(leaf, Principled) and leaf.emission_strength != 0:
+            return replace(leaf, emission_strength=0.0)
+        return leaf
+
+    surface = map_leaves(material.surface, without)
+    return None if surface is material.surface else replace(material, surface=surface)
+
+
+def _shining(scene: Scene, spectrum: Spectrum) -> Scene:
+    """Everything that shines with another spectrum, as bright as before."""
+    lights = tuple(replace(light, color=_lamp(light, spectrum)) for light in scene.lights)
+    world = scene.world
+    if isinstance(world.color, Spectrum):
+        world = replace(world, color=spectrum)
+    settings = replace(scene.settings, white=spectrum, transport="spectral")
+    return replace(scene, lights=lights, world=world, settings=settings)
+
+
+def _lamp(light: Light, spectrum: Spectrum) -> Any:
+    """The color of a lamp: one with a spectrum gets the other, a tinted one keeps its tint on it."""
+    return light.color if isinstance(light.color, Color) else spectrum

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""docs/blender_nodes.md says of every shader node of Blender what the code does with it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+PAGE = Path(__file__).parents[2] / "docs" / "blender_nodes.md"
+ELSEWHERE = {"GROUP", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT", "LIGHT_FALLOFF"}
+"""Nodes that are read by the walk over the tree and by the lamps, not by an evaluator."""
+
+
+def _state(kind: str) -> str:
+    from blender_addon.translate.shading import media, surfaces
+    from blender_addon.translate.shading.reader import EVALUATORS
+
+    if kind in ELSEWHERE or kind in media.MEDIA:
+        return "Read"
+    if kind in EVALUATORS:
+        return "Stand-in" if EVALUATORS[kind].__name__ in ("_not_read", "_pattern") else "Read"
+    if kind in surfaces.SURFACES:
+        read = surfaces.SURFACES[kind]
+        return "Stand-in" if "_diffuse_like" in read.__qualname__ or read.__name__ == "_holdout" else "Read"
+    return "Not read"
+
+
+def test_every_node_stands_in_the_right_row(blender):
+    tree = bpy.data.node_groups.new("every node", "ShaderNodeTree")
+    text = PAGE.read_text("utf-8")
+    rows = {
+        state: {name.strip() for name in names.split(",")}
+        for state, names in re.findall(r"^\| (Read|Stand-in|Not read) \| (.+?) \|$", text, flags=re.M)
+    }
+    assert set(rows) == {"Read", "Stand-in", "Not read"}
+    wrong = {}
+    for name in dir(bpy.types):
+        if not name.startswith("ShaderNode"):
+            continue
+        try:
+            node = tree.nodes.new(name)
+        except RuntimeError:  # a base class, or a node of geometry
+            continue
+        if node.bl_label not in rows[_state(node.type)]:
+            wrong[node.bl_label] = _state(node.type)
+    assert wrong == {}

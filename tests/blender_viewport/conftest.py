@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Blender with a small scene, and a 3D view as the session sees one: bpy from PyPI has no window."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+
+class Link:
+    """Stands in for the renderer: keeps what it was shown and asked for."""
+
+    def __init__(self) -> None:
+        self.scenes, self.requests, self.dropped, self.closed = {}, [], [], []
+
+    def show(self, stage, scene):
+        from spectral_core.render.live.changes import difference
+
+        old = self.scenes.get(stage)
+        change = None if old is None else difference(old, scene)
+        self.scenes[stage] = scene if change is None else change.applied_to(old)
+        return change is None or not change.is_empty
+
+    def look(self, view, request, on_news):
+        self.requests.append(request)
+        return len(self.requests)
+
+    def wait(self, view, generation, seconds):
+        return False
+
+    def latest(self, view):
+        return None
+
+    def trouble(self, view):
+        return ""
+
+    def close_view(self, view):
+        self.closed.append(view)
+
+    def drop(self, stage):
+        self.dropped.append(stage)
+
+
+@pytest.fixture
+def stage(blender, monkeypatch):
+    """Plane, ball and lamp; a view of them, whose renderer only takes notes."""
+    from blender_addon import jobs
+    from blender_addon.editing.viewport.session import ViewSession
+
+    link = Link()
+    monkeypatch.setattr(jobs, "live", lambda: link)
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL"
+    material = bpy.data.materials.new("Paint")
+    material.use_nodes = True
+    bpy.ops.mesh.primitive_plane_add(size=6)
+    bpy.context.object.name = "Floor"
+    bpy.ops.mesh.primitive_uv_sphere_add(location=(0, 0, 1), segments=12, ring_count=8)
+    bpy.context.object.name = "Ball"
+    bpy.data.objects["Ball"].data.materials.append(material)
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    lamp.location = (2, -2, 4)
+    scene.collection.objects.link(lamp)
+    projection = np.diag([2.0, 3.0, -1.0, 0.0])
+    projection[3, 2] = -1.0
+    region_data = SimpleNamespace(
+        window_matrix=projection, view_matrix=np.eye(4), is_perspective=True, view_perspective="PERSP"
+    )
+    own = {"local_view": None, "use_local_collections": False, "camera": None, "use_local_camera": False}
+    space = SimpleNamespace(**own, clip_start=0.1, clip_end=100.0)
+    context = SimpleNamespace(space_data=space, region=SimpleNamespace(width=90, height=60), region_data=region_data)
+    session = ViewSession(lambda: None)
+    return SimpleNamespace(session=session, context=context, link=link, scene=scene, material=material)

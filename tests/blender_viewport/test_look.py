@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Looking under a light: one click in viewport and F12, two sides of a split view, previews under a lamp."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from spectral_core.scene import Film
+from spectral_core.spectra import catalogue
+
+bpy = pytest.importorskip("bpy")
+
+
+def updated(stage):
+    bpy.context.view_layer.update()
+    depsgraph = bpy.context.view_layer.depsgraph
+    stage.session.update(stage.context, depsgraph)
+    return stage.session.look(stage.context, depsgraph)
+
+
+def test_one_click_looks_under_a_palette_light_and_another_goes_back(stage):
+    palette, settings = stage.scene.spectral.palette, stage.scene.spectral.viewport
+    column = palette.lights.add()
+    column.name, column.light = "Evening", bpy.data.lights["Lamp"]
+    other = bpy.data.objects.new("Other", bpy.data.lights.new("Other", "POINT"))
+    stage.scene.collection.objects.link(other)
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Evening")
+    assert (settings.look.kind, settings.look.column) == ("COLUMN", "Evening")
+    updated(stage)
+    scene = next(iter(stage.link.scenes.values()))
+    assert [light.name for light in scene.lights] == ["Lamp"]
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Evening")
+    assert settings.look.kind == "SCENE"
+    updated(stage)
+    assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Lamp", "Other"]
+
+
+def test_a_split_view_has_two_lights_and_a_divider(stage):
+    settings = stage.scene.spectral.viewport
+    bpy.ops.spectral.look_split()
+    assert settings.is_split
+    settings.look.kind, settings.look.lamp = "LAMP", "D65"
+    settings.other.kind, settings.other.lamp, settings.other.exposure = "LAMP", "HP1", 1.0
+    settings.other.adapts = True
+    settings.divider = 0.25
+    pictures = updated(stage)
+    assert len(pictures) == 2
+    whites = [scene.settings.white.name for scene in stage.link.scenes.values()]
+    assert whites == [catalogue.illuminant(name).name for name in ("D65", "HP1")]
+    assert pictures[0].matrix == pytest.approx(np.eye(3))
+    assert pictures[1].matrix[0, 0] < pictures[1].matrix[2, 2], "an eye used to sodium light sees less of its red"
+    before = len(stage.link.requests)
+    settings.divider = 0.75
+    updated(stage)
+    assert len(stage.link.requests) == before, "a divider traces nothing anew"
+    bpy.ops.spectral.look_split()
+    assert len(updated(stage)) == 1
+    assert not bpy.ops.spectral.look_divide.poll(), "bpy has no 3D view whose divider could be dragged"
+
+
+def test_f12_is_under_the_same_light_and_says_so(stage):
+    from blender_addon import jobs
+    from blender_addon.engine import SpectralRenderEngine
+
+    scene = stage.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (0, 0, 8)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = 16, 12
+    scene.spectral.render.samples = 4
+    scene.view_layers[0].lightgroups.add(name="Side")
+    bpy.ops.spectral.look_under(kind="GROUP", name="Side")
+    bpy.data.objects["Lamp"].lightgroup = "Side"
+    bpy.ops.render.render()
+    assert SpectralRenderEngine.bl_idname == "SPECTRAL"
+    notes = [note.message for note in jobs.records[-1].notes if note.subject == "Look"]
+    assert notes
+    assert jobs.records[-1].status == "done"
+
+
+def test_previews_are_seen_under_the_chosen_lamp(stage):
+    from blender_addon.translate.scene import translate_scene
+    from blender_addon.translate.viewport.look import preview_scene
+    from spectral_core.scene import Camera
+
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    made = translate_scene(depsgraph, film=Film(8, 8), seen_from=Camera(world_from_camera=np.eye(4)))
+    assert preview_scene(made, bpy.context).settings.white is None
+    settings = SimpleNamespace(preview_lamp="HP1")
+    window = SimpleNamespace(scene=SimpleNamespace(spectral=SimpleNamespace(viewport=settings)))
+    context = SimpleNamespace(window_manager=SimpleNamespace(windows=[window]))
+    assert preview_scene(made, context).settings.white.name == catalogue.illuminant("HP1").name

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a 3D view sends after each kind of edit is the scene as a whole translation has it; no edit goes unseen."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+def shader(material):
+    return next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED").inputs
+
+
+def stretched():
+    mesh = bpy.data.objects["Ball"].data
+    mesh.vertices[3].co.z += 0.4
+    mesh.update()
+
+
+def subdivided():
+    modifier = bpy.data.objects["Ball"].modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = 1
+
+
+def with_node(material):
+    tree = material.node_tree
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    tree.links.new(noise.outputs[0], shader(material)["Roughness"])
+
+
+def animated():
+    ball = bpy.data.objects["Ball"]
+    ball.location.x = 0
+    ball.keyframe_insert("location", frame=1)
+    ball.location.x = 2
+    ball.keyframe_insert("location", frame=10)
+    bpy.context.scene.frame_set(10)
+
+
+EDITS = {
+    "color": lambda s: setattr(shader(s.material)["Base Color"], "default_value", (0.9, 0.1, 0.1, 1)),
+    "roughness": lambda s: setattr(shader(s.material)["Roughness"], "default_value", 0.1),
+    "move": lambda s: setattr(bpy.data.objects["Ball"], "location", (1, 0, 1)),
+    "power": lambda s: setattr(bpy.data.lights["Lamp"], "energy", 500),
+    "lamp kind": lambda s: setattr(bpy.data.lights["Lamp"], "type", "AREA"),
+    "mesh": lambda s: stretched(),
+    "modifier": lambda s: subdivided(),
+    "node": lambda s: with_node(s.material),
+    "new object": lambda s: bpy.ops.mesh.primitive_cube_add(location=(2, 1, 0.5)),
+    "hidden": lambda s: bpy.data.objects["Floor"].hide_set(True),
+    "frame": lambda s: animated(),
+    "deleted": lambda s: bpy.data.objects.remove(bpy.data.objects["Lamp"]),
+    "renamed": lambda s: setattr(bpy.data.objects["Ball"], "name", "Apple"),
+    "film": lambda s: setattr(s.scene.render, "film_transparent", True),
+}
+
+
+def whole(stage):
+    from blender_addon.translate.scene import translate_scene
+    from spectral_core.scene import Camera
+
+    known = next(iter(stage.link.scenes.values()))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return translate_scene(depsgraph, film=known.film, seen_from=Camera(world_from_camera=np.eye(4)))
+
+
+def updated(stage, edit=lambda _stage: None):
+    """What Blender does after an edit: its handlers see the same list of updates as the view of an engine."""
+
+    def follow(_scene, depsgraph):
+        stage.session.update(stage.context, depsgraph)
+
+    lists = (bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post)
+    for handlers in lists:
+        handlers.append(follow)
+    try:
+        edit(stage)
+        bpy.context.view_layer.update()
+    finally:
+        for handlers in lists:
+            handlers.remove(follow)
+    stage.session.look(stage.context, bpy.context.view_layer.depsgraph)
+
+
+def test_every_edit_is_sent(stage):
+    from spectral_core.render.live.changes import difference
+
+    updated(stage)
+    unseen, stale = [], {}
+    for name, edit in EDITS.items():
+        before, asked = next(iter(stage.link.scenes.values())), len(stage.link.requests)
+        updated(stage, edit)
+        after = next(iter(stage.link.scenes.values()))
+        if len(stage.link.requests) == asked:
+            unseen.append(name)
+        left = difference(after, whole(stage))
+        if not left.is_empty and set(left.singles) != {"film"}:
+            stale[name] = (list(left.items), list(left.singles))
+        assert after is not before, name
+    assert unseen == []
+    assert stale == {}
+
+
+def test_an_edit_sends_nothing_that_it_did_not_touch(stage):
+    from spectral_core.render.live.changes import difference
+
+    updated(stage)
+    before = next(iter(stage.link.scenes.values()))
+    updated(stage, EDITS["color"])
+    after = next(iter(stage.link.scenes.values()))
+    change = difference(before, after)
+    assert set(change.items) == {"materials"}
+    assert all(new is old for new, old in zip(after.meshes, before.meshes, strict=True))
+
+
+def test_the_view_asks_again_only_where_something_differs(stage):
+    updated(stage)
+    asked = len(stage.link.requests)
+    updated(stage)
+    assert len(stage.link.requests) == asked
+    stage.context.region_data.view_matrix = np.linalg.inv(np.diag([1.0, 1, 1, 1]) + np.eye(4, k=3) * 2)
+    updated(stage)
+    stage.context.region = SimpleNamespace(width=120, height=60)
+    updated(stage)
+    assert len(stage.link.requests) == asked + 2
+    stage.scene.spectral.viewport.is_paused = True
+    updated(stage, EDITS["color"])
+    assert len(stage.link.requests) == asked + 2
+    stage.scene.spectral.viewport.is_paused = False
+    updated(stage)
+    assert len(stage.link.requests) == asked + 3
+
+
+def test_a_view_that_is_left_is_closed_and_its_scene_forgotten(stage):
+    updated(stage)
+    stage.session.leave()
+    assert stage.link.closed == [f"{stage.session.name}.0"]
+    assert stage.link.dropped == list(stage.link.scenes)
+
+
+def test_views_look_through_what_blender_looks_through():
+    from blender_addon.translate.viewport.viewpoint import window_of
+
+    # a lens of half width 0.5, its middle moved by a tenth of the picture
+    projection = np.array([[2.0, 0, 0.2, 0], [0, 4.0, -0.1, 0], [0, 0, -1, -1], [0, 0, -1, 0]])
+    low, high = window_of(projection, is_perspective=True)
+    for corner, expected in ((low, (-1, -1)), (high, (1, 1))):
+        clip = projection @ np.array([*corner, -1.0, 1.0])
+        assert clip[:2] / clip[3] == pytest.approx(expected)
+    flat = np.array([[0.5, 0, 0, 0.3], [0, 0.7, 0, -0.2], [0, 0, -0.1, 0], [0, 0, 0, 1.0]])
+    low, high = window_of(flat, is_perspective=False)
+    for corner, expected in ((low, (-1, -1)), (high, (1, 1))):
+        assert (flat @ np.array([*corner, -3.0, 1.0]))[:2] == pytest.approx(expected)

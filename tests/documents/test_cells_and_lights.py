@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every field of a cell and of a light is kept by documents; one left out is noticed."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from spectral_core.documents.schema import Schema
+from spectral_core.errors import SpectralError
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.files import document as documents
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+
+GRID = SpectralGrid.uniform(400, 700, 10)
+BOX = ((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
+CELLS = {
+    "mode": Cell.black(),
+    "target": Cell.fixed((0.2, 0.3, 0.4)),
+    "others": Cell.same_as((0, 1)),
+    "box": Cell.free(BOX),
+    "weight": Cell.fixed((0.2, 0.3, 0.4), weight=7.5),
+    "exact": Cell.fixed((0.2, 0.3, 0.4), exact=True),
+}
+"""By field of ``Cell``: one that sets it."""
+DOCUMENT_CELL = {"target": "color"}
+"""The word in a document where it is another one."""
+
+
+def lamp(name: str = "lamp", power: float = 0.3) -> Illuminant:
+    return Illuminant(name, GRID, np.linspace(power, 2 * power, GRID.size))
+
+
+LIGHTS = {
+    "spectrum": PaletteLight(lamp(power=0.7)),
+    "free": PaletteLight(lamp(), free=True),
+    "primaries": PaletteLight(lamp(), free=True, primaries=(lamp("red"), lamp("blue", 0.1))),
+    "white_xyz": PaletteLight(lamp(), free=True, white_xyz=np.array([0.9, 1.0, 1.1])),
+    "luminance": PaletteLight(lamp(), free=True, luminance=2.5),
+    "variants": PaletteLight(lamp(), variants=(lamp("other", 0.2),)),
+}
+
+
+def problem_with(cell: Cell | None = None, light: PaletteLight | None = None) -> PaletteProblem:
+    cells = [[Cell.fixed((0.3, 0.3, 0.3)), Cell.ignore()], [cell or Cell.ignore(), Cell.ignore()]]
+    return PaletteProblem(
+        GRID,
+        (light or PaletteLight(lamp("first")), PaletteLight(illuminant("D65"))),
+        (PaletteReflectance("a"), PaletteReflectance("b")),
+        tuple(map(tuple, cells)),
+    )
+
+
+def comparable(value: Any) -> Any:
+    """What two equal fields have in common: numbers, names, spectra by their values."""
+    if isinstance(value, Illuminant):
+        return value.name, *np.round(value.values, 9).tolist()
+    if isinstance(value, tuple):
+        return tuple(comparable(each) for each in value)
+    return np.round(value, 9).tolist() if isinstance(value, np.ndarray) else value
+
+
+def kept(problem: PaletteProblem, table: dict[str, Any] | None = None) -> bool:
+    """Whether a document gives every field of the first light and of the second row's first cell back."""
+    try:
+        got = documents.problem_of(documents.document_of(problem) if table is None else table, Path())
+    except SpectralError:
+        return False
+    pairs = ((got.lights[0], problem.lights[0]), (got.cells[1][0], problem.cells[1][0]))
+    return all(
+        comparable(getattr(mine, each.name)) == comparable(getattr(theirs, each.name))
+        for mine, theirs in pairs
+        for each in fields(theirs)
+    )
+
+
+def test_every_field_has_a_case() -> None:
+    assert set(CELLS) == {each.name for each in fields(Cell)}
+    assert set(LIGHTS) == {each.name for each in fields(PaletteLight)}
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_a_field_of_a_cell_survives_and_is_missed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_with(cell=CELLS[name])
+    assert kept(problem)
+    table, word = documents.document_of(problem), DOCUMENT_CELL.get(name, name)
+    (stated,) = (each for each in table["cells"] if each["reflectance"] == "b")
+    del stated[word]
+    assert not kept(problem, table)
+    monkeypatch.setattr(Schema, "content", lacking("cell", word))
+    assert not kept(problem)
+
+
+@pytest.mark.parametrize("name", LIGHTS)
+def test_a_field_of_a_light_survives_and_is_missed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_with(light=LIGHTS[name])
+    assert kept(problem)
+    table = documents.document_of(problem)
+    del table["lights"][0][name]
+    assert not kept(problem, table)
+    monkeypatch.setattr(Schema, "content", lacking("light", name))
+    assert not kept(problem)
+
+
+def lacking(kind: str, word: str) -> dict[str, Any]:
+    """The palette's schema without one property of a cell or a light."""
+    known = documents.PALETTE_SCHEMA.content
+    stated = known["$defs"][kind]
+    properties = {key: value for key, value in stated["properties"].items() if key != word}
+    return {**known, "$defs": {**known["$defs"], kind: {**stated, "properties": properties}}}

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What accuracy costs: estimated against true errors, asked errors and times, where samples go."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.render import Bands, cost_curve, render_scene
+from spectral_core.render.cost.allocate import for_error, for_samples
+from spectral_core.render.cost.curve import plot_svg, table
+from spectral_core.render.cost.errors import estimate, rarity
+from spectral_core.render.cost.model import CostModel
+from spectral_core.render.cost.probe import probe_pixels
+from spectral_core.scene import AreaLight, Color, Diffuse, Film, RenderSettings, World, gray
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from tests.render.scenes import lit_plane, looking_down, matrix
+
+LAMP = AreaLight(name="lamp", world_from_light=matrix((0.4, 0, 1.0)), power_w=15, size=(1.0, 1.0))
+
+
+def noisy(**settings):
+    """A floor under a near soft lamp and a sky."""
+    scene = lit_plane(
+        LAMP,
+        surface=Diffuse(Color([0.6, 0.5, 0.4])),
+        film=Film(48, 32, samples=16, filter_kind="box", filter_width=1.0),
+        camera=looking_down(2.0, 0.9),
+        world=World(gray(0.2)),
+    )
+    return replace(scene, settings=RenderSettings(transport="rgb", max_bounces=2, **settings))
+
+
+def _true_error(pixels):
+    reference = render_scene(replace(noisy(), film=replace(noisy().film, samples=2048, seed=5))).pixels
+    lab = [lab_from_linear_rgb(each[..., :3].astype(np.float64)) for each in (pixels, reference)]
+    return float(delta_e_2000(*lab).mean())
+
+
+def test_an_asked_error_is_reached_and_no_more():
+    result = render_scene(noisy(target_error=0.5))
+    assert result.status == "done" and result.outcome.reached
+    assert 0.7 * 0.5 < _true_error(result.pixels) < 1.1 * 0.5
+    assert result.outcome.delta_e == pytest.approx(_true_error(result.pixels), rel=0.2)
+    assert result.prediction.samples == pytest.approx(result.outcome.samples, rel=0.35)
+    assert "dE2000" in result.header["spectral.predicted"] and "samples" in result.header["spectral.outcome"]
+
+
+def test_a_time_budget_says_what_it_reached_and_bands_come_along():
+    result = render_scene(noisy(time_budget_s=3.0), bands=Bands.uniform(400, 700, 4))
+    assert result.outcome.delta_e > 0 and result.outcome.samples >= 2
+    assert result.band_pixels.shape == (32, 48, 4) and result.band_pixels.min() > 0
+
+
+def test_what_cannot_be_asked_for_is_refused():
+    with pytest.raises(InvalidInputError, match="ask for one of them"):
+        render_scene(noisy(target_error=1.0, time_budget_s=5.0))
+    with pytest.raises(InvalidInputError, match=r"expected ΔE2000 from 0\.02 to 100"):
+        render_scene(noisy(target_error=0.001))
+    with pytest.raises(InvalidInputError, match="equal samples everywhere"):
+        render_scene(noisy(target_error=1.0), groups=True)
+
+
+def test_the_curve_predicts_the_error_of_a_plain_render():
+    scene = noisy()
+    curve = cost_curve(scene)
+    assert curve.now.samples == 16
+    assert curve.now.delta_e == pytest.approx(_true_error(render_scene(scene).pixels), rel=0.25)
+    errors = [point.delta_e for point in curve.axis("samples")]
+    assert errors == sorted(errors, reverse=True)
+    assert curve.axis("bounces")[0].setting == "0"
+    assert "predicted" in table(curve) and plot_svg(curve).startswith("<svg")
+    with pytest.raises(InvalidInputError, match="no axis 'colors'"):
+        plot_svg(curve, "colors")
+
+
+def test_halves_tell_the_error_of_their_mean(rng):
+    light = np.full((4096, 3), 0.3)
+    halves = light + rng.normal(0, 0.02, (2, 4096, 3))
+    true = delta_e_2000(lab_from_linear_rgb(halves.mean(axis=0)), lab_from_linear_rgb(light)).mean()
+    found = estimate(*halves)
+    assert found.delta_e == pytest.approx(true, rel=0.05) and abs(found.delta_e - true) < 4 * found.spread
+
+
+def test_light_on_rare_paths_is_told_from_common_noise(rng):
+    """Most pixels have met no bright path early on: their pictures agree on being too dark."""
+    drawn = 0.2 + 2.0 * (rng.random((2, 64, 2048, 1)) < 0.01) * np.ones(3)
+    early, late = drawn[:, :8].mean(axis=1), drawn.mean(axis=1)
+    rare = rarity(early, late, np.full(2048, 8), np.full(2048, 64))
+    common = 0.2 + rng.normal(0, 0.05, (2, 64, 2048, 3))
+    early, late = common[:, :8].mean(axis=1), common.mean(axis=1)
+    assert 1.0 <= rarity(early, late, np.full(2048, 8), np.full(2048, 64)) < 1.05 < rare < 2.0
+
+
+def test_samples_go_where_they_help_most():
+    errors, counts, weights = np.array([4.0, 1.0, 0.0]), np.full(3, 16.0), np.ones(3)
+    after = for_error(errors, counts, 0.5, weights)
+    assert np.sum(errors * np.sqrt(counts / after)) / 3 == pytest.approx(0.5, rel=1e-3)
+    assert after[0] / after[1] == pytest.approx(4 ** (2 / 3), rel=1e-3) and after[2] == 16
+    same = for_samples(errors, counts, after.sum(), weights)
+    assert same == pytest.approx(after, rel=1e-3)
+
+
+def test_the_law_goes_on_beyond_what_was_measured():
+    model = CostModel((4, 16, 64), (4.0, 2.0, 1.0), 0.1, 2.0)
+    assert model.error(256) == pytest.approx(0.5) and model.error(8) == pytest.approx(np.sqrt(8))
+    assert model.for_error(0.5).samples == pytest.approx(256, rel=1e-3)
+    assert model.for_time(12.0).samples == pytest.approx(100) and model.for_samples(20).seconds == pytest.approx(4.0)
+
+
+def test_probe_pixels_are_runs_all_over_the_picture():
+    film = Film(1920, 1080)
+    pixels = probe_pixels(film)
+    assert 3900 < len(pixels) <= 4096 and len(np.unique(pixels)) == len(pixels)
+    assert pixels.max() < 1920 * 1080 and np.all(np.diff(pixels.reshape(-1, 16), axis=1) == 1)
+    column = np.histogram(pixels % 1920, 8, (0, 1920))[0]
+    row = np.histogram(pixels // 1920, 8, (0, 1080))[0]
+    assert column.min() > 0.7 * column.mean() and row.min() > 0.7 * row.mean()
+    assert np.array_equal(probe_pixels(Film(30, 20)), np.arange(600))

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light below the surface: nothing is gained or lost, and where it stays near it looks like a matt surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.render import render_scene
+from spectral_core.scene import (
+    Camera,
+    Color,
+    Diffuse,
+    Film,
+    Instance,
+    Material,
+    Principled,
+    RenderSettings,
+    Scene,
+    Subsurface,
+    World,
+    gray,
+)
+from tests.render.scenes import matrix, sphere_mesh
+
+pytest.importorskip("mitsuba")
+
+
+def _ball(surface, transport="rgb"):
+    """Mean color of the middle of a ball under an even sky."""
+    camera = Camera(world_from_camera=matrix((0, 0, 4)), field_of_view_rad=0.25)
+    scene = Scene(
+        camera=camera,
+        film=Film(8, 8, samples=64),
+        meshes=(sphere_mesh(24),),
+        materials=(Material("m", surface),),
+        instances=(Instance("ball", "sphere", np.eye(4), ("m",)),),
+        world=World(gray(1.0)),
+        settings=RenderSettings(transport=transport, max_bounces=8),
+    )
+    pixels = render_scene(scene).pixels
+    assert np.isfinite(pixels).all()
+    return pixels[..., :3].mean((0, 1))
+
+
+@pytest.mark.parametrize("color", [0.3, 0.8, 1.0])
+def test_under_an_even_sky_a_body_shows_its_color(color):
+    """The single albedo is chosen so; a body of color 1 neither takes nor gives."""
+    seen = _ball(Subsurface(gray(color), (1.0, 1.0, 1.0), 0.3))
+    np.testing.assert_allclose(seen, color, rtol=0.06)
+    assert seen.max() < 1.02
+
+
+def test_short_paths_look_matt():
+    color = Color([0.7, 0.4, 0.2])
+    near, matt = _ball(Subsurface(color, (1.0, 0.2, 0.1), 0.01)), _ball(Diffuse(color))
+    np.testing.assert_allclose(near, matt, rtol=0.05)
+
+
+def test_transports_agree_and_principled_takes_its_share():
+    color = Color([0.7, 0.4, 0.2])
+    whole = {transport: _ball(Principled(color, subsurface_weight=1.0, subsurface_scale=0.2), transport)
+             for transport in ("rgb", "spectral")}  # fmt: skip
+    np.testing.assert_allclose(whole["spectral"], whole["rgb"], rtol=0.06)
+    np.testing.assert_allclose(whole["rgb"], _ball(Principled(color)), rtol=0.06)
