@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes that are hard on 32-bit numbers: sizes, grazing light, faces on faces, extreme lights, spikes, black, white."""
+"""Scenes hard on 32-bit numbers: sizes, grazing light, faces on faces, extreme lights, spikes, black and white."""
 
 from __future__ import annotations
 
