@@ -26,9 +26,7 @@ def test_recording_gives_the_scene_as_it_is(stage, dial, picture, same_paths):
     assert relative_error(picture(), same_paths()) < 1e-5
 
 
-def test_apply_then_render_is_the_dialled_picture_and_restore_takes_it_back(
-    stage, dial, picture, f12, same_paths
-):
+def test_apply_then_render_is_the_dialled_picture_and_restore_takes_it_back(stage, dial, picture, f12, same_paths):
     before = f12()
     dial.selector = (0.3, -0.4)
     dial.intensity = 2.5
