@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import _explore_hostile_inputs as hostile
-from spectral_core.explore.page.serve import LiveSweep, PageServer
+from spectral_core.explore.page.live import LiveSweep
+from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.sweep import Sweep
@@ -95,6 +96,9 @@ def _strangers(server: PageServer, tally: Counter[str], wrong: list[str]) -> Non
         for target in _TARGETS:
             for path in (target, f"{target}?token={token}"):
                 _expect(server, "POST", path, b"{}", headers, (b"403",), tally, wrong)
+    picture = next(path.name for path in (server.live.store.folder / "image").iterdir() if not path.is_symlink())
+    for headers in ({}, {"X-Explore-Token": "x"}, {"Cookie": f"{server.cookie_name}={token}"}):
+        _expect(server, "GET", f"/image/{picture}", b"", headers, (b"403",), tally, wrong)
     for path in _GETS:
         _expect(server, "GET", path, b"", {}, (b"403", b"404", b"400", b"414"), tally, wrong)
     for method in ("PUT", "DELETE", "OPTIONS", "TRACE", "CONNECT", "PATCH", "HEAD"):

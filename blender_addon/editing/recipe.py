@@ -12,7 +12,7 @@ from bpy.types import ID, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
-from spectral_core.palette.recipe.library import led_channels, paint_chips
+from spectral_core.palette.recipe.library import led_channels, paint_chips, told_apart
 from spectral_core.palette.recipe.material import Colorants, material_recipe
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import read_spectra
@@ -37,14 +37,16 @@ def find(scene: Scene) -> bool:
             channels, recipe.cct, duv=recipe.duv, quality=quality,
             most_channels=min(max(recipe.most, 3), len(channels)),
         )  # fmt: skip
-        recipe.text, recipe.met, made = lamp.text(), lamp.met, lamp.lamp
+        # The library's channels have one watt each; those of a file are as bright as the file says.
+        full = "one watt of radiation" if recipe.library == "BUILTIN" else "the channel as in the file"
+        recipe.text, recipe.met, made = f"{lamp.text()}\n100 % is {full}", lamp.met, lamp.lamp
     else:
         found = material_recipe(
             _colorants(recipe, spectra), _wanted(scene), _lights(scene), most_colorants=min(recipe.most, 8)
         )
         recipe.text, recipe.met, made = found.text(recipe.grams), True, found.reflectance
     recipe.spectrum = json.dumps(
-        {"name": made.name, "nm": made.grid.wavelengths_nm.tolist(), "values": np.round(made.values, 7).tolist()}
+        {"name": made.name, "nm": made.grid.wavelengths_nm.tolist(), "values": made.values.tolist()}
     )
     return bool(recipe.met)
 
@@ -54,7 +56,7 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
         path = Path(bpy.path.abspath(recipe.filepath))
         if not recipe.filepath or not path.is_file():
             raise InvalidInputError("no file of spectra is chosen; choose one with a column per channel or colorant")
-        return list(read_spectra(path))
+        return told_apart(read_spectra(path))
     if recipe.kind == "LAMP":
         return list(led_channels())
     if recipe.kind == "PAINTS":

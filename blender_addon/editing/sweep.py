@@ -17,7 +17,8 @@ import bpy
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, RenderError, SpectralError
-from spectral_core.explore.page.serve import LiveSweep, PageServer
+from spectral_core.explore.page.live import LiveSweep
+from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.parameters import Parameter, is_column_name
 from spectral_core.explore.sweep.store import Store, cdb_folder

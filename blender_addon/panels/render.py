@@ -34,7 +34,12 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
         layout.use_property_decorate = False
         settings = context.scene.spectral.render
         layout.prop(settings, "goal")
-        layout.prop(settings, {"SAMPLES": "samples", "ERROR": "target_error", "TIME": "time_budget"}[settings.goal])
+        if settings.goal == "ERROR":
+            layout.prop(settings, "target_error")
+        elif settings.goal == "TIME":
+            layout.prop(settings, "time_budget")
+        else:
+            layout.prop(settings, "samples")
         layout.prop(context.scene.spectral.viewport, "samples")
         layout.prop(settings, "seed")
         layout.prop(settings, "transport")

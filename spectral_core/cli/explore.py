@@ -156,7 +156,8 @@ def _figures(arguments: argparse.Namespace, columns: dict[str, Any]) -> None:
 
 
 def _serve(arguments: argparse.Namespace, store: Any) -> int:
-    from spectral_core.explore.page.serve import LiveSweep, PageServer
+    from spectral_core.explore.page.live import LiveSweep
+    from spectral_core.explore.page.serve import PageServer
     from spectral_core.explore.sweep.sweep import DOCUMENT_FOLDER
 
     known = Path(store.project.environment.get(DOCUMENT_FOLDER, ""))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def _lamp(arguments: argparse.Namespace) -> int:
     if arguments.cct is None:
         raise InvalidInputError("a lamp needs --cct, the color temperature in kelvin")
     recipe = lamp_recipe(
-        [_illuminant(spectrum) for spectrum in _read(arguments.spectra)], arguments.cct, duv=arguments.duv,
+        [_illuminant(spectrum) for spectrum in _channels(arguments.spectra)], arguments.cct, duv=arguments.duv,
         quality=LampQuality(
             arguments.cri, arguments.rf, None if arguments.rg is None else (arguments.rg[0], arguments.rg[1]),
             arguments.cct_tolerance, arguments.duv_tolerance,
@@ -79,7 +80,7 @@ def _material(arguments: argparse.Namespace) -> int:
 
     if arguments.target is None:
         raise InvalidInputError("a recipe of a material needs --target, the wanted reflectance")
-    spectra = _read(arguments.spectra)
+    spectra = _channels(arguments.spectra)
     grid = spectra[0].grid
     values = np.stack([spectrum.at(grid.wavelengths_nm) for spectrum in spectra])
     paper = None if arguments.paper is None else _reflectance(arguments.paper).at(grid.wavelengths_nm)
@@ -88,8 +89,10 @@ def _material(arguments: argparse.Namespace) -> int:
         dot_gain_n=arguments.dot_gain,
     )  # fmt: skip
     lights = [illuminant(name) for name in arguments.light or ("D65", "A")]
-    recipe = material_recipe(colorants, _reflectance(arguments.target), lights, most_colorants=arguments.most or 4)
-    print(recipe.text(arguments.grams))
+    grams = require_range("--grams", arguments.grams, 1e-6, 1e12)
+    most = 4 if arguments.most is None else arguments.most
+    recipe = material_recipe(colorants, _reflectance(arguments.target), lights, most_colorants=most)
+    print(recipe.text(grams))
     if arguments.json:
         figures: dict[str, Any] = {
             "amounts": dict(zip(colorants.names, recipe.amounts.tolist(), strict=True)), "unit": recipe.unit,
@@ -107,6 +110,12 @@ def _read(path: Path) -> list[Spectrum]:
     if not path.is_file():
         raise InvalidInputError(f"there is no file {path}; give a file of spectra such as examples/leds.csv")
     return list(read_spectra(path))
+
+
+def _channels(path: Path) -> list[Spectrum]:
+    from spectral_core.palette.recipe.library import told_apart
+
+    return told_apart(_read(path))
 
 
 def _illuminant(spectrum: Spectrum) -> Illuminant:

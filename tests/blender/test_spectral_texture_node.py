@@ -10,9 +10,15 @@ from spectral_core.palette.texture.file import write_texture
 from spectral_core.palette.texture.reach import TEXTURE_GRID
 from spectral_core.palette.texture.texture import SpectralTexture
 from spectral_core.scene import SpectralImage
-from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.catalogue import illuminant, reflectance
 
 bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+
+def store_spectrum(holder, spectrum):
+    from blender_addon.translate.spectra.stored import store_spectrum as store
+
+    store(holder, spectrum)
 
 
 @pytest.fixture
@@ -80,3 +86,24 @@ def test_a_color_node_works_on_its_picture(texture, node, translate):
     tree.links.new(inverted.outputs["Color"], tree.nodes["shader"].inputs["Color"])
     scene = translate()
     assert any("worked on its color instead" in note.message for note in scene.notes)
+
+
+def test_its_spectra_come_before_the_one_of_its_material(texture, node, translate):
+    node.filepath = str(texture[1])
+    store_spectrum(bpy.data.materials[0].spectral, reflectance("yellow"))
+    scene = translate()
+    assert isinstance(scene.materials[0].surface.color, SpectralImage)
+    assert not [note for note in scene.notes if "in place of the texture" in note.message]
+
+
+def test_a_spectrum_in_place_of_an_image_is_named(build, translate):
+    material = build.material()
+    made = material.node_tree.nodes.new("ShaderNodeTexImage")
+    made.image = build.image("photo", np.ones((2, 2, 4), np.float32))
+    material.node_tree.links.new(made.outputs["Color"], material.node_tree.nodes["shader"].inputs["Color"])
+    build.plane(material=material)
+    assert not [note for note in translate().notes if "in place of the texture" in note.message]
+    store_spectrum(material.spectral, reflectance("yellow"))
+    scene = translate()
+    assert scene.materials[0].surface.color.name == "yellow"
+    assert len([note for note in scene.notes if "in place of the texture" in note.message]) == 1

@@ -19,7 +19,8 @@ import pytest
 from benchmarks._browser import Browser, find_browser
 from spectral_core.explore.page.build import PageTable, page_html, table_of_store, write_page
 from spectral_core.explore.page.bundle import modules, script
-from spectral_core.explore.page.serve import LiveSweep, PageServer
+from spectral_core.explore.page.live import LiveSweep
+from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.page.static import draw_matrix
 from spectral_core.explore.sweep.document import read_sweep
 from spectral_core.explore.sweep.sweep import Sweep
@@ -206,6 +207,14 @@ def test_the_first_page_holds_no_data_and_pictures_are_sent(server: PageServer) 
     name = server.live.store.ledger.rows("done")[0].files["FILE"]
     status, picture = ask(server, "GET", f"/{name}")
     assert status == 200 and picture.startswith(b"\x89PNG")
+
+
+def test_pictures_need_the_token_or_the_cookie_that_came_with_the_data(server: PageServer) -> None:
+    name = server.live.store.ledger.rows("done")[0].files["FILE"]
+    cookie = f"{server.cookie_name}={server.picture_secret}"
+    for given, expected in ((cookie, 200), ("", 403), (cookie[:-1], 403), (f"{server.cookie_name}=", 403), ("é", 403)):
+        assert ask(server, "GET", f"/{name}", None, X_Explore_Token="", Cookie=given)[0] == expected
+    assert ask(server, "POST", "/api/status", {}, X_Explore_Token="", Cookie=cookie)[0] == 403
 
 
 @needs_browser

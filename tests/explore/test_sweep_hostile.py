@@ -16,7 +16,8 @@ import pytest
 
 from spectral_core.errors import InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.analysis.steps import print_sensitivity, region_of_label
-from spectral_core.explore.page.serve import LiveSweep, PageServer
+from spectral_core.explore.page.live import LiveSweep
+from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.compute.command import CommandNode
 from spectral_core.explore.sweep.compute.function import FunctionNode
 from spectral_core.explore.sweep.designs import Design, design_points

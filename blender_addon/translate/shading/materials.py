@@ -14,7 +14,7 @@ from .. import spectra
 from ..context import Translation
 from . import media
 from .coordinate_nodes import raised_normal
-from .material_spectrum import with_spectrum
+from .material_spectrum import covers_texture, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output
@@ -70,5 +70,10 @@ def _translate(translation: Translation, material: Any) -> Dressed:
         reader.note("a sky on a surface is read by direction alone, without the sun's disk")
     spectrum = spectra.spectrum_of(translation, material)
     if spectrum is not None and surface is not None:
+        if covers_texture(surface, spectrum):
+            translation.note(
+                material.name, "its spectrum stands in place of the texture on its main color; clear the spectrum to "
+                "see the texture",
+            )  # fmt: skip
         surface = with_spectrum(surface, spectrum)
     return Dressed(Material(name, surface, medium), mesh_inputs_of(surface))

@@ -154,9 +154,14 @@ def lamp_recipe(
         len(channels) if most_channels is None else int(require_range("most_channels", most_channels, 3, len(channels)))
     )
     spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in channels])
+    power = spds.sum(axis=1)
+    if not power.all():
+        dark, first_nm, last_nm = channels[int(np.argmin(power))].name, *LAMP_GRID.wavelengths_nm[[0, -1]]
+        raise InvalidInputError(f"channel {dark!r} sends out no light from {first_nm:g} to {last_nm:g} nm; take it out")
+    equal = spds / power[:, None]  # the search is of light, so that no scale of a channel changes the mix
     best: tuple[float, Array] | None = None
     for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [wanted_xyz]:
-        found = _best_mix(spds, white, quality, most)
+        found = _best_mix(equal, white, quality, most)
         if found is not None and (best is None or found[0] > best[0]):
             best = found
         if best is not None and best[0] >= 0:
@@ -167,7 +172,8 @@ def lamp_recipe(
             f"no mix of the {len(channels)} channels has the white XYZ {np.round(wanted, 3).tolist()}; add a "
             "channel on the other side of the wanted color"
         )
-    return _described(channels, spds, best[1] / best[1].max(), (best[0] >= -MARGIN, started))
+    drives = best[1] / power
+    return _described(channels, spds, drives / drives.max(), (best[0] >= -MARGIN, started))
 
 
 def _whites(cct_k: float, duv: float, quality: LampQuality) -> list[Array]:

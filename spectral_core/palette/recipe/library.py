@@ -2,15 +2,19 @@
 """What there is to mix from when no file of one's own is at hand: LED channels, and measured paint chips.
 
 LEDs: bells at the peaks and widths that data sheets of today's color LEDs state, and the phosphor LEDs that the CIE
-measured (CIE 15:2018). Paints: the 24 chips of the ColorChecker as the catalogue has them, which are opaque matte
-paints. Inks and filters differ from printer to printer and maker to maker, so they come from a file.
+measured (CIE 15:2018), each with one watt of radiation at full drive, so that drive levels are comparable. Paints: the
+24 chips of the ColorChecker as the catalogue has them, which are opaque matte paints. Inks and filters differ from
+printer to printer and maker to maker, so they come from a file.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.spectrum import Illuminant, Reflectance
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 LED_PEAKS_AND_WIDTHS_NM = (
     ("royal blue", 447, 18), ("blue", 470, 25), ("cyan", 500, 28), ("green", 523, 33), ("lime", 556, 95),
@@ -20,13 +24,25 @@ PHOSPHOR_LEDS = ("LED-B1", "LED-B3", "LED-B5")
 
 
 def led_channels() -> list[Illuminant]:
-    """Eight colored LEDs and three white ones."""
-    colored = []
-    for name, peak, width in LED_PEAKS_AND_WIDTHS_NM:
-        bell = led(peak, width)
-        colored.append(Illuminant(f"{name} {peak} nm", bell.grid, bell.values))
+    """Eight colored LEDs and three white ones, in watts per nanometer: one watt of radiation each at full drive."""
     known = catalogue.illuminant_names()
-    return [*colored, *(catalogue.illuminant(name) for name in PHOSPHOR_LEDS if name in known)]
+    named = [(f"{name} {peak} nm", led(peak, width)) for name, peak, width in LED_PEAKS_AND_WIDTHS_NM]
+    named += [(name, catalogue.illuminant(name)) for name in PHOSPHOR_LEDS if name in known]
+    return [_of_one_watt(name, channel) for name, channel in named]
+
+
+def _of_one_watt(name: str, channel: Illuminant) -> Illuminant:
+    watts = float(channel.grid.cell_widths_nm @ channel.values)
+    return Illuminant(name, channel.grid, channel.values / watts)
+
+
+def told_apart(spectra: Sequence[Spectrum]) -> list[Spectrum]:
+    """The spectra, those that share a name numbered: a recipe that names two channels alike cannot be followed."""
+    names = [spectrum.name for spectrum in spectra]
+    return [
+        replace(spectrum, name=f"{spectrum.name} {number}") if names.count(spectrum.name) > 1 else spectrum
+        for number, spectrum in enumerate(spectra, 1)
+    ]
 
 
 def paint_chips() -> list[Reflectance]:

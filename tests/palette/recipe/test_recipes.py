@@ -13,6 +13,7 @@ from spectral_core import cli
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
+from spectral_core.palette.recipe.library import led_channels
 from spectral_core.palette.recipe.material import Colorants, material_recipe
 from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, xyz_from_spd
 from spectral_core.palette.texture.lights import led
@@ -174,3 +175,44 @@ def test_the_command_prints_a_recipe(tmp_path, capsys) -> None:
     assert sum(shares.values()) == pytest.approx(1)
     assert cli.main(["recipe", "paints", str(tmp_path / "paints.csv")]) == 1
     assert "needs --target" in capsys.readouterr().err
+
+
+def test_the_scale_of_a_channel_changes_its_drive_and_not_the_mix() -> None:
+    bells = [led(peak, 20) for peak in (450, 520, 590, 640)]
+    factors = np.array([1e-3, 30.0, 5.0, 1.0])
+    plain = lamp_recipe(bells, 4000)
+    rescaled = lamp_recipe([bell.scaled(factor) for bell, factor in zip(bells, factors, strict=True)], 4000)
+    light = rescaled.drives * factors
+    np.testing.assert_allclose(light / light.max(), plain.drives / plain.drives.max(), rtol=0.02)
+    assert rescaled.rendering_index == pytest.approx(plain.rendering_index, abs=0.1)
+
+
+def test_the_channels_that_come_along_have_one_watt_each() -> None:
+    for channel in led_channels():
+        fine = np.arange(300.0, 900.0, 0.25)
+        assert 0.25 * channel.at(fine).sum() == pytest.approx(1.0, rel=2e-3), channel.name
+
+
+def test_a_channel_without_light_is_named() -> None:
+    dark = Illuminant("broken one", led(500, 20).grid, np.zeros(led(500, 20).values.size))
+    with pytest.raises(InvalidInputError, match="'broken one' sends out no light"):
+        lamp_recipe([*CHANNELS[:4], dark], 4000)
+
+
+def test_columns_without_names_are_told_apart(tmp_path, capsys) -> None:
+    nm = np.arange(400, 701, 5)
+    columns = [led(peak, 20).at(nm) for peak in (450, 520, 590, 640)]
+    lines = [",".join(f"{value:.6f}" for value in row) for row in np.column_stack([nm, *columns])]
+    path = tmp_path / "leds.csv"
+    path.write_text("wavelength_nm,,,,\n" + "\n".join(lines))
+    assert cli.main(["recipe", "lamp", str(path), "--cct", "4000", "--json"]) == 0
+    drives = json.loads(capsys.readouterr().out.splitlines()[-1])["drives"]
+    assert list(drives) == ["leds 1", "leds 2", "leds 3", "leds 4"]
+
+
+@pytest.mark.parametrize("wrong", [["--grams", "-5"], ["--grams", "nan"], ["--most", "0"]])
+def test_amounts_that_nobody_can_weigh_are_refused(tmp_path, capsys, wrong) -> None:
+    path = tmp_path / "paints.csv"
+    write_spectra(path, [reflectance(name) for name in PAINTS])
+    assert cli.main(["recipe", "paints", str(path), "--target", "dark skin", *wrong]) == 1
+    assert "expected a value from" in capsys.readouterr().err
