@@ -48,6 +48,7 @@ class Glossy(_Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
     ``multiple_scattering``: whether light that bounces between facets is kept (Blender's Multiscatter GGX) or lost.
+    Beckmann facets lose it, as in Cycles.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.8))

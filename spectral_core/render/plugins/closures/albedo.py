@@ -2,8 +2,9 @@
 """How much light a rough surface gives back in one bounce, tabulated: what layering and energy keeping need.
 
 GGX with height-correlated masking (Heitz 2014, "Understanding the masking-shadowing function"), integrated over
-visible normals (Heitz 2018, "Sampling the GGX distribution of visible normals"). Tables are (roughness, cosine), both
-at i / (SIZE - 1), ``alpha = roughness²`` as in Blender.
+visible normals (Heitz 2018, "Sampling the GGX distribution of visible normals"). Tables are (roughness, cosine),
+roughness at i / (SIZE - 1), cosine at its square, as shares change fastest near grazing; ``alpha = roughness²`` as in
+Blender.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 
 SIZE = 32
 _POINTS = 1024
-_SMALLEST_ALPHA, _SMALLEST_COSINE = 1e-4, 1e-3
+_SMALLEST_ALPHA, _SMALLEST_COSINE = 1e-3, 1e-3
 
 
 @cache
@@ -42,9 +43,10 @@ def dielectric(relative_ior: float) -> tuple[Array, Array]:
 
 def average(table: Array) -> Array:
     """Mean over the hemisphere (SIZE,), cosine-weighted: 2 ∫ E(μ) μ dμ."""
-    cosines = np.linspace(0, 1, SIZE)
-    weighted = table * cosines
-    return np.asarray((weighted[:, 1:] + weighted[:, :-1]).sum(axis=1) / (SIZE - 1))
+    roots = np.linspace(0, 1, SIZE)
+    weights = roots**3  # μ = root², so μ dμ = 2 root³ d root
+    weights[-1] /= 2
+    return np.asarray(table @ (weights / weights.sum()))
 
 
 def fresnel_dielectric(cosine: Array, relative_ior: float) -> Array:
@@ -66,7 +68,7 @@ def _visible_normals() -> tuple[Array, Array, Array, Array, Array]:
     """Cosine and alpha of each table entry, and normals (x, y, z) drawn for it, all broadcast to (SIZE, SIZE, n)."""
     nodes = np.linspace(0, 1, SIZE)
     alpha = np.maximum(nodes[:, None, None] ** 2, _SMALLEST_ALPHA)
-    cosine = np.maximum(nodes[None, :, None], _SMALLEST_COSINE)
+    cosine = np.maximum(nodes[None, :, None] ** 2, _SMALLEST_COSINE)
     index = np.arange(_POINTS)
     u = ((index + 0.5) / _POINTS)[None, None, :]
     v = (index * 0.6180339887498949 % 1)[None, None, :]

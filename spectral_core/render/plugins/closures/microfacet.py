@@ -70,7 +70,9 @@ class AlbedoTable:
     """A table of ``albedo`` on the device, read by roughness and cosine."""
 
     def __init__(self, mi: Any, table: Any) -> None:
-        self._mi, self._table = mi, np.ascontiguousarray(table[..., None], dtype=np.float32)
+        import drjit
+
+        self._mi, self._dr, self._table = mi, drjit, np.ascontiguousarray(table[..., None], dtype=np.float32)
         self._texture = mi.Texture2f(mi.TensorXf(self._table))
 
     def can_take(self, other: AlbedoTable) -> bool:
@@ -85,7 +87,8 @@ class AlbedoTable:
 
     def __call__(self, roughness: Any, cosine: Any) -> Any:
         last = albedo.SIZE - 1  # entries stand at texel centers
-        place = self._mi.Point2f(cosine * last + 0.5, roughness * last + 0.5) / float(albedo.SIZE)
+        root = self._dr.safe_sqrt(cosine)
+        place = self._mi.Point2f(root * last + 0.5, roughness * last + 0.5) / float(albedo.SIZE)
         return self._texture.eval(place)[0]
 
 

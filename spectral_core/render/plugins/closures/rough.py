@@ -108,6 +108,7 @@ def register(mi: Any, dr: Any) -> None:
             self.color, self.roughness = properties["color"], properties["roughness"]
             self.edge_tint = properties.get("edge_tint", None)
             self.kind = str(properties.get("distribution", "ggx"))
+            self.keeps_energy &= self.kind == "ggx"  # the table of what is lost between facets is GGX's
 
         def stretch(self, si: Any, active: Any) -> Any:
             """Cycles' Glossy BSDF counts anisotropy in another way than its metals do, and from -1 to 1."""

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders against formulas that share no code with the renderer: energy of furnaces, a glass slab, a prism, lamps."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("mitsuba")
+
+
+@pytest.mark.parametrize("name", ["prism", "lamps"])
+def test_a_closed_form_holds_within_noise(name):
+    from benchmarks._closed_forms import CASES
+
+    found = list(CASES[name][0](64, "rgb"))
+    assert len(found) >= 12
+    assert [each for each in found if not each.agrees] == []
+
+
+def test_a_slab_passes_and_reflects_what_fresnel_says_of_all_internal_reflections():
+    from itertools import islice
+
+    from benchmarks._closed_forms import slab
+
+    found = list(islice(slab(256, "rgb"), 8, 16))  # index 1.5
+    assert [each for each in found if not each.agrees] == []
+    passed = [each for each in found if "through" in each.case]
+    assert max(each.error for each in passed) < 0.015  # noise does not hide another formula
+
+
+@pytest.mark.parametrize("name", ["Glossy, Beckmann", "Glossy, GGX, multiple scattering", "Principled, coat"])
+def test_no_surface_gives_back_more_than_it_gets(name):
+    """The largest directional albedo of any roughness and angle, 89 degrees and the inner side among them."""
+    from benchmarks._furnace_scenes import SURFACES, tile_albedos
+
+    albedo, noise, lost = tile_albedos(SURFACES[name], 128, "rgb")
+    assert (albedo - 4.5 * noise).max() < 1.012 and lost == 0
