@@ -59,8 +59,8 @@ def _acted(act: str) -> dict[str, Any]:
     user, kind = _User(act), engine.SpectralRenderEngine
     write, should_stop = kind._write, kind._should_stop
 
-    def watched_write(self: Any, pixels: Any, place: Any) -> None:
-        write(self, pixels, place)
+    def watched_write(self: Any, *given: Any) -> None:
+        write(self, *given)
         user.shown.append(time.perf_counter())
 
     kind._write, kind._should_stop = watched_write, lambda engine_: user.should_stop(engine_)

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from spectral_core.render import Progress, RenderProcess, RenderResult
+from spectral_core.render.denoise import how_to_install, is_installed
 from spectral_core.render.live.link import LiveLink
 from spectral_core.scene import Note, Scene
 
@@ -118,6 +119,12 @@ def render(
     Raises RenderError where that process died or its renderer failed; the next render starts a new one.
     """
     return process.render(scene, on_progress=on_progress, should_stop=should_stop, **options)
+
+
+def missing_denoiser() -> str:
+    """What to install before a render can be denoised, as a sentence; "" where it is there."""
+    text = "" if is_installed() else how_to_install()
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 RENDER_ARGUMENTS = {"-f", "--render-frame", "-a", "--render-anim"}

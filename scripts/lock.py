@@ -10,6 +10,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import tomllib
 import venv
 from pathlib import Path
 
@@ -17,6 +18,16 @@ ROOT = Path(__file__).resolve().parents[1]
 HEAD = """# Written by scripts/lock.py from pyproject.toml and constraints.txt; do not edit.
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
+
+
+UNLOCKED = {"denoise"}
+"""Extras too heavy for every set-up."""
+
+
+def extras() -> list[str]:
+    """The extras that the lock file holds."""
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    return [name for name in declared if name not in UNLOCKED]
 
 
 def main() -> None:
@@ -32,7 +43,7 @@ def main() -> None:
             "compile",
             "--quiet",
             "pyproject.toml",
-            "--all-extras",
+            *(word for extra in extras() for word in ("--extra", extra)),
             "--universal",
         ]
         line += ["--generate-hashes", "--constraint", "constraints.txt", "--python-version", "3.11"]

@@ -71,6 +71,8 @@ def open_scene(arguments: argparse.Namespace) -> Any:
                 raise InvalidInputError(f"--{name.replace('_', '-')} is {value:g}; expected more than 0")
             settings.goal = goal
             setattr(settings, name, value)
+    if getattr(arguments, "denoise", None) is not None:
+        settings.denoise = arguments.denoise
     if arguments.percentage is not None:
         scene.render.resolution_percentage = arguments.percentage
     if arguments.transport is not None:

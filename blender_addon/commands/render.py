@@ -32,6 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--bands", type=int, metavar="N",
         help="for an .exr: also N spectral channels from 400 to 700 nm, in the layout of Fichet et al. 2021",
     )  # fmt: skip
+    parser.add_argument(
+        "--denoise", action=argparse.BooleanOptionalAction, default=None,
+        help="denoise the finished picture by Open Image Denoise, or not, instead of the file's choice; "
+        "needs the Python package pyoidn",
+    )  # fmt: skip
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", type=int, metavar="N", help="frame to render; default the file's current one")
     frames.add_argument("--animation", action="store_true", help="render every frame of the file's range")
@@ -61,6 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
     for entry in written:
         print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
         print(f"{entry['transport']} ({entry['variant']})")
+        if entry["denoised"]:
+            print(f"denoised by {entry['denoised']}")
         if entry["outcome"] is not None:
             said, found = entry["prediction"], entry["outcome"]
             print(f"predicted: ΔE {said['delta_e']:.2g} in {said['seconds']:.1f} s, {said['samples']:.0f} samples")
@@ -116,6 +123,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         "seconds": round(result.seconds, 3),
         "transport": result.plan["transport"].value,
         "variant": result.variant,
+        "denoised": result.denoised,
         "prediction": None if result.prediction is None else dataclasses.asdict(result.prediction),
         "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
         "notes": [f"{note.subject}: {note.message}" for note in result.notes],

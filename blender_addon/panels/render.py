@@ -34,10 +34,18 @@ class SPECTRAL_PT_render_sampling(_RenderPanel, bpy.types.Panel):
         layout.use_property_decorate = False
         settings = context.scene.spectral.render
         layout.prop(settings, "goal")
-        layout.prop(settings, {"SAMPLES": "samples", "ERROR": "target_error", "TIME": "time_budget"}[settings.goal])
+        if settings.goal == "ERROR":
+            layout.prop(settings, "target_error")
+        elif settings.goal == "TIME":
+            layout.prop(settings, "time_budget")
+        else:
+            layout.prop(settings, "samples")
         layout.prop(context.scene.spectral.viewport, "samples")
         layout.prop(settings, "seed")
         layout.prop(settings, "transport")
+        layout.prop(settings, "denoise")
+        if settings.denoise and (missing := jobs.missing_denoiser()):
+            wrapped(layout.column(), context, missing)
         _draw_outcome(layout.column(), context)
 
 
@@ -73,6 +81,10 @@ def _cost_row(layout: UILayout, cells: tuple[str, ...]) -> UILayout:
 def _draw_outcome(layout: UILayout, context: Context) -> None:
     """What the last render was expected to reach, and what it reached."""
     result = next((entry.result for entry in reversed(jobs.records) if entry.result is not None), None)
+    if result is not None and result.denoised:
+        done = layout.column()
+        done.active = False
+        wrapped(done, context, f"The last render was denoised by {result.denoised}.")
     if result is None or result.outcome is None or result.prediction is None:
         return
     said, found = result.prediction, result.outcome

@@ -4,6 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
+from ..compat import path_options
 from .hooks import Topic, offers
 
 
@@ -30,6 +31,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
     filepath: StringProperty(
         name="File",
         subtype="FILE_PATH",
+        options=path_options(),
         description="A .csv, .spdx or .spd file with one spectrum per channel or colorant",
     )
     most: IntProperty(

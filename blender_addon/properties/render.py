@@ -43,6 +43,10 @@ RENDER_FIELDS = by_name(
         "tolerance", FloatProperty, "tolerance_delta_e", name="Tolerance", default=1.0, min=0.0, soft_max=5.0,
         description="Color error (ΔE2000) below which the plan may leave an effect out",
     ),
+    Field(
+        "denoise", BoolProperty, "denoise", name="Denoise", default=False,
+        description="Smooth the noise of the finished picture with Open Image Denoise. Fine detail may blur",
+    ),
 )  # fmt: skip
 """Settings of a render that the core's ``Sampling`` and ``RenderSettings`` have too."""
 
@@ -98,6 +102,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     seed: RENDER_FIELDS["seed"].declared(tag)
     transport: RENDER_FIELDS["transport"].declared(tag)
     tolerance: RENDER_FIELDS["tolerance"].declared(tag)
+    denoise: RENDER_FIELDS["denoise"].declared(tag)
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)
     plan_accepted: FloatProperty(description="Color error (ΔE2000) that the plan gives away, at most")

@@ -45,6 +45,7 @@ PACKAGES = [
     ("rtmidi", "python-rtmidi", "MIDI faders", "board"),
     ("pythonosc", "python-osc", "OSC faders", "board"),
     ("matplotlib", "matplotlib", "figures", "figures"),
+    ("pyoidn", "pyoidn", "denoising (88 MB)", "denoise"),
 ]
 
 

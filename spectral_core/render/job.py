@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError, SpectralError
+from spectral_core.render.denoise import Guides
 from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
@@ -23,6 +24,7 @@ from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.guides import GuidePass
 from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
@@ -188,6 +190,16 @@ class RenderJob:
         integrator = next(iter(self._integrators.values()))
         view = (self.scene.camera, self.scene.film)
         return ChosenPixels(self._mitsuba, view, self._wavelengths, self._first_hit, integrator)
+
+    def guides(self) -> Guides | None:
+        """Albedo and normals for a denoiser; None where volumes or media stand before the surfaces."""
+        if self.scene.volumes or self.plan.is_on("media"):
+            return None
+        try:
+            guide_pass = GuidePass(self._mitsuba, self.scene.camera, self.scene.film, spectral=self.plan.is_spectral)
+            return guide_pass.trace(self._first_hit)
+        except Exception as error:
+            raise RenderError(f"Mitsuba stopped while tracing albedo and normals: {error}") from error
 
     def traced_scene(self) -> TracedScene:
         """What is loaded, for the plan's pilot."""

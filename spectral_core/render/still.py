@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
+from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name, require_denoiser
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.trace.wavelengths import Bands
@@ -47,6 +48,7 @@ class RenderResult:
     channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
     ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
     ``prediction`` and ``outcome``: error and time as they were expected and as they came, where one was asked for.
+    ``denoised``: what has denoised it, and with which guides; "" where nothing has.
     """
 
     pixels: Pixels
@@ -62,6 +64,7 @@ class RenderResult:
     group_band_pixels: dict[str, Pixels] = field(default_factory=dict)
     prediction: Prediction | None = None
     outcome: Outcome | None = None
+    denoised: str = ""
 
     @property
     def header(self) -> dict[str, str]:
@@ -72,6 +75,8 @@ class RenderResult:
             "spectral.seconds": f"{self.seconds:.3f}",
             "spectral.variant": self.variant,
         }
+        if self.denoised:
+            entries["spectral.denoised"] = self.denoised
         if self.prediction is not None and self.outcome is not None:
             said, found = self.prediction, self.outcome
             entries["spectral.predicted"] = (
@@ -95,9 +100,11 @@ def render_scene(
 
     ``on_progress`` sees the picture after each pass; ``should_stop`` is asked between kernel launches; the others
     are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where
-    Mitsuba fails.
+    Mitsuba fails, MissingDependencyError where the scene asks for a denoiser and there is none.
     """
     start = time.perf_counter()
+    if scene.settings.denoise:
+        require_denoiser()  # now, and not after an hour
     if bands is not None:
         scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
     # a recording serves lights of any color and strength, whatever a pilot under those of today says
@@ -108,7 +115,7 @@ def render_scene(
     plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
     job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
     if asked:
-        return _asked(job, scene, start, on_progress, should_stop, bands)
+        return _finished(_asked(job, scene, start, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
     left = pass_sizes(scene.film.samples)
@@ -123,7 +130,7 @@ def render_scene(
         affordable = max(1, int(LONGEST_PASS_S * samples / (now - pass_start)))
         if on_progress is not None:
             on_progress(Progress(job.picture(), job.samples, scene.film.samples, now - start))
-    return RenderResult(
+    made = RenderResult(
         pixels=job.picture(),
         plan=plan,
         notes=scene.notes + job.notes,
@@ -135,6 +142,37 @@ def render_scene(
         band_pixels=job.band_picture() if bands is not None else None,
         group_pixels=job.group_pictures() if groups else {},
         group_band_pixels=job.group_band_pictures() if groups and bands is not None else {},
+    )
+    return _finished(made, job, start)
+
+
+def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
+    """The result, denoised where the scene asks for that: each group and band by itself, all with the same guides."""
+    if not job.scene.settings.denoise:
+        return made
+    if made.status == "cancelled":
+        note = Note("Denoising", "the render was stopped early; its picture is not denoised")
+        return replace(made, notes=(*made.notes, note))
+    guides = job.guides()
+    how = denoiser_name() + (", albedo and normals as guides" if guides else ", without guides")
+    groups = {name: denoise(pixels, guides) for name, pixels in made.group_pixels.items()}
+    group_bands = {name: denoise_planes(planes, guides) for name, planes in made.group_band_pixels.items()}
+    pixels, bands = made.pixels, made.band_pixels
+    if groups:  # they still add up to the picture
+        pixels = pixels.copy()
+        pixels[..., :3] = sum(group[..., :3] for group in groups.values())
+    else:
+        pixels = denoise(pixels, guides)
+    if bands is not None:
+        bands = np.asarray(sum(group_bands.values())) if group_bands else denoise_planes(bands, guides)
+    return replace(
+        made,
+        pixels=pixels,
+        band_pixels=bands,
+        group_pixels=groups,
+        group_band_pixels=group_bands,
+        seconds=time.perf_counter() - start,
+        denoised=how,
     )
 
 

@@ -35,7 +35,7 @@ class RenderSettings:
     plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.
     ``light_paths``: limits of the scene's own; ``scene_bounces``: its limit on all bounces, None for none.
     ``target_error`` (mean ΔE2000 of the picture's noise) or ``time_budget_s``: what is sampled for
-    instead of a number of samples.
+    instead of a number of samples. ``denoise``: whether the finished picture is denoised.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -48,6 +48,7 @@ class RenderSettings:
     scene_bounces: int | None = None
     target_error: float | None = None
     time_budget_s: float | None = None
+    denoise: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -71,6 +71,27 @@ def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
     assert radiance.shape == (12, 20, 7) and radiance.min() > 0
 
 
+def test_render_denoises_where_it_is_asked_and_the_package_is_there(saved, tmp_path, capfd):
+    from spectral_core.render.denoise import is_installed
+
+    out = tmp_path / "clean.exr"
+    status, text, error = call(capfd, "render", saved, "--out", out, "--bands", 3, "--denoise", "--json")
+    if not is_installed():
+        assert status == 1 and "install it with" in error and not out.exists()
+        return
+    report = json.loads(text.splitlines()[-1])
+    assert status == 0 and report["frames"][0]["denoised"].startswith("Open Image Denoise (pyoidn ")
+    assert "denoised by Open Image Denoise" in text
+    from spectral_core.files.exr import openexr
+
+    header = openexr().File(str(out), header_only=True).header()
+    assert header["spectral.denoised"] == report["frames"][0]["denoised"]
+    bpy.context.scene.spectral.render.denoise = True
+    bpy.ops.wm.save_mainfile()
+    status, text, _ = call(capfd, "render", saved, "--out", tmp_path / "raw.png", "--no-denoise", "--json")
+    assert status == 0 and json.loads(text.splitlines()[-1])["frames"][0]["denoised"] == ""
+
+
 def test_plan_says_why(saved, capfd):
     status, text, _ = call(capfd, "plan", saved, "--set", "bounces=3", "--json")
     rows = {row["effect"]: row for row in json.loads(text.splitlines()[-1])["plan"]}

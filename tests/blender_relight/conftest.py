@@ -99,3 +99,18 @@ def f12():
         return jobs.records[-1].result.pixels
 
     return render
+
+
+@pytest.fixture
+def same_paths():
+    """The scene rendered along the paths of a recording, which choose lights whatever their brightness."""
+
+    def render():
+        from blender_addon.translate.scene import translate_scene
+        from spectral_core.render import render_scene
+        from spectral_core.render.relight.transport import SAMPLING_LIGHTS
+
+        scene = translate_scene(bpy.context.evaluated_depsgraph_get())
+        return render_scene(scene, sampling_lights=SAMPLING_LIGHTS).pixels
+
+    return render

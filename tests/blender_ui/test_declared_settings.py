@@ -43,6 +43,7 @@ OTHER_PALETTE = {
 }  # fmt: skip
 OTHER_RENDER = {
     "samples": 7, "seed": 3, "transport": "SPECTRAL", "tolerance": 2.5, "target_error": 0.5, "time_budget": 7.0,
+    "denoise": True,
 }  # fmt: skip
 GOALS = {"target_error": "ERROR", "time_budget": "TIME"}
 OTHER_VOLUME = {"rule": "uniform", "quality_db": 33.0, "lighting": "shadows"}

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 pytest.importorskip("bpy")
@@ -26,6 +28,21 @@ def test_a_light_has_one_panel_named_light(registered, space):
 def test_panels_of_what_is_not_drawn_are_hidden(registered):
     assert not [each.__name__ for each in shown() if "freestyle" in each.__name__.lower()]
     assert not [each.__name__ for each in shown() if "pencil" in each.__name__.lower()]
+
+
+def test_denoising_is_off_until_the_artist_asks_and_cycles_own_switch_is_cycles(blender, monkeypatch):
+    from blender_addon import jobs
+    from blender_addon.translate.settings import settings_of
+    from spectral_core.render.denoise import PACKAGE
+
+    scene = blender.context.scene
+    if hasattr(scene, "cycles"):
+        scene.cycles.use_denoising = True
+    assert not settings_of(scene).denoise
+    scene.spectral.render.denoise = True
+    assert settings_of(scene).denoise
+    monkeypatch.setitem(sys.modules, PACKAGE, None)
+    assert "pip install pyoidn" in jobs.missing_denoiser() and jobs.missing_denoiser().startswith("Denoising needs")
 
 
 def test_passes_that_are_not_rendered_are_named(blender):

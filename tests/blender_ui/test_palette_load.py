@@ -27,7 +27,11 @@ from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import SpectralGrid
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+EXAMPLES = [
+    path
+    for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+    if 'format = "spectral-scene palette"' in path.read_text("utf-8")
+]
 
 
 def everything() -> PaletteProblem:

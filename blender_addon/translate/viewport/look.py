@@ -63,7 +63,8 @@ def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
 
 def preview_scene(scene: Scene, context: Any) -> Scene:
     """A preview's scene with few samples, under the lamp that previews are looked at with."""
-    scene = replace(scene, film=replace(scene.film, samples=PREVIEW_SAMPLES), notes=())
+    film, settings = replace(scene.film, samples=PREVIEW_SAMPLES), replace(scene.settings, denoise=False)
+    scene = replace(scene, film=film, settings=settings, notes=())
     windows = context.window_manager.windows if context.window_manager else ()
     name = next((window.scene.spectral.viewport.preview_lamp for window in windows), "")
     return Look(spectrum=catalogue.named("illuminant", name)).on(scene) if name else scene

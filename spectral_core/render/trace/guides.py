@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Albedo and normals of what the camera sees first: a denoiser's guides. No light is traced."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.denoise import Guides
+from spectral_core.render.plugins.paints.ray_marks import camera_marks
+from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.first_hit import FirstHit
+from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.scene import Camera, Film
+
+GUIDE_SAMPLES = 16
+"""Camera rays per pixel: enough for smooth edges, fewer than any picture that is worth a denoiser costs."""
+MOST_PASSED = 16
+"""Transparent surfaces that a ray of the guides may pass."""
+RED_GREEN_BLUE_NM = (610.0, 545.0, 450.0)
+"""Where the albedo is looked up in spectral transport: it tells surfaces apart and need not be their very color."""
+
+
+class GuidePass(Accumulator):
+    """Traces the guides of one loaded scene: what it shows through transparent surfaces, by chance as light goes."""
+
+    def __init__(self, mitsuba: Any, camera: Camera, film: Film, *, spectral: bool) -> None:
+        super().__init__(mitsuba, camera, film, None, keep=False)
+        self._spectral = spectral
+
+    def trace(self, first_hit: FirstHit, samples: int = GUIDE_SAMPLES) -> Guides:
+        """Albedo and normals of the whole picture; zeros where a ray meets nothing."""
+        mi, dr = self._mi, self._dr
+        width, height = self.film.size
+        pixel = dr.arange(mi.UInt32, width * height)
+        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
+        columns = dr.opaque(mi.UInt32, width)
+        corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
+        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, self.film.seed), 6)[0])
+        total = dr.opaque(mi.UInt32, samples)
+        count = width * height
+        zeros = lambda: dr.opaque(mi.Float, 0.0, count)  # noqa: E731
+
+        def body(index: Any, albedo: Any, normal: Any) -> Any:
+            sampler.begin(index)
+            ray, _, _ = self._ray(corner, sampler)
+            color, direction = self._first_seen(first_hit, first_hit.past_hidden(ray), sampler)
+            return index + 1, albedo + color, normal + direction
+
+        _, albedo, normal = dr.while_loop(
+            (mi.UInt32(0), mi.Color3f(zeros(), zeros(), zeros()), mi.Vector3f(zeros(), zeros(), zeros())),
+            lambda index, *_: index < total,
+            body,
+            labels=("index", "albedo", "normal"),
+        )
+        dr.eval(albedo, normal)
+        shape = (height, width, 3)
+        mean = [np.array(each, dtype=np.float32).T.reshape(shape) / np.float32(samples) for each in (albedo, normal)]
+        return Guides(np.clip(mean[0], 0.0, 1.0), np.clip(mean[1], -1.0, 1.0))
+
+    def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
+        if self._spectral:
+            ray.wavelengths = self._mi.Spectrum(*RED_GREEN_BLUE_NM, RED_GREEN_BLUE_NM[1])
+        return None, None
+
+    def _first_seen(self, first_hit: FirstHit, ray: Any, sampler: Any) -> tuple[Any, Any]:
+        """Share of light that the first surface sends on, and its normal towards the viewer."""
+        mi, dr = self._mi, self._dr
+        # one draw for all surfaces on the way: what lets half of the light through is seen by half of the rays
+        pick, direction = sampler.next_1d(), sampler.next_2d()
+        bounds = dr.opaque(mi.UInt32, MOST_PASSED)
+
+        def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
+            probe = mi.Ray3f(ray)
+            probe.o, probe.maxt = origin, length
+            si = first_hit.scene.ray_intersect(probe, walking)
+            si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
+            met = walking & si.is_valid()
+            unseen, hole = first_hit._rules_of(si, met)
+            seen = met & ~unseen & ~hole
+            bs, weight = si.bsdf().sample(mi.BSDFContext(), si, pick, direction, seen)
+            straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
+            shown = seen & ~straight
+            share = mi.Color3f(weight[0], weight[1], weight[2])
+            share = dr.select(dr.isfinite(share), dr.clip(share, 0.0, 1.0), 0.0)
+            facing = dr.select(dr.dot(si.sh_frame.n, ray.d) > 0.0, -si.sh_frame.n, si.sh_frame.n)
+            facing = dr.select(dr.all(dr.isfinite(facing)), facing, 0.0)
+            onward = straight & (layers + 1 < bounds)
+            return (
+                dr.select(onward, si.spawn_ray(ray.d).o, origin),
+                dr.select(onward, length - si.t, length),
+                dr.select(shown, share, albedo),
+                dr.select(shown, facing, normal),
+                layers + 1,
+                onward,
+            )
+
+        start = (
+            mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Color3f(0.0), mi.Vector3f(0.0), mi.UInt32(0), mi.Bool(True),
+        )  # fmt: skip
+        _, _, albedo, normal, _, _ = dr.while_loop(start, lambda *state: state[-1], body)
+        return albedo, normal
