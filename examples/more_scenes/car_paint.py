@@ -7,12 +7,13 @@ The palette designs the reflectance, a recipe of measured paint chips comes near
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from examples.more_scenes.shapes import body, box, looking, scene_of
+from examples.more_scenes.shapes import body, box, divided, looking, scene_of, wheel
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.recipe.library import paint_chips
 from spectral_core.palette.recipe.material import Colorants, MaterialRecipe, material_recipe
-from spectral_core.scene import AreaLight, Diffuse, Film, MixSurface, Scene, gray
+from spectral_core.scene import AreaLight, Diffuse, Film, Mesh, MixSurface, Scene, Surface, gray
 from spectral_core.scene.surface import Glossy
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
@@ -34,11 +35,23 @@ def paint() -> tuple[Reflectance, MaterialRecipe]:
     return wanted, material_recipe(colorants, wanted, [illuminant("D65"), illuminant("HP1")], most_colorants=4)
 
 
+def _is_window(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points (n, 3) of the body are glass: a band below the roof, with a pillar between front and back."""
+    x, y, z = points.T
+    pillar = (np.abs(y) > 0.3) & (np.abs(x + 0.25) < 0.05)
+    return np.asarray((z > 1.06) & (z < 1.33) & ~pillar)
+
+
 def car(reflectance: Reflectance, light: Illuminant, film: Film) -> Scene:
     """The car under one lamp."""
     lacquer = MixSurface(0.06, Diffuse(reflectance), Glossy(gray(1.0), roughness=0.05))
-    parts = [
-        (body(), lacquer),
+    painted, glass = divided(body(columns=960, rows=480), _is_window)
+    tire = Diffuse(gray(0.03))
+    parts: list[tuple[Mesh, Surface]] = [
+        (painted, lacquer),
+        (glass, MixSurface(0.08, Diffuse(gray(0.02)), Glossy(gray(1.0), roughness=0.05))),
+        *((wheel(f"wheel {x:g} {y:g}", (x, y, 0.34), 0.34, 0.24), tire) for x in (-1.2, 1.2) for y in (-0.74, 0.74)),
+        *((wheel(f"hub {x:g}", (x, -0.77, 0.34), 0.17, 0.25), Diffuse(gray(0.3))) for x in (-1.2, 1.2)),
         (box("floor", (-9, -9, -0.1), (9, 9, 0.0)), Diffuse(gray(0.35))),
         (box("wall", (-9, 5, 0), (9, 5.2, 6)), Diffuse(gray(0.5))),
     ]

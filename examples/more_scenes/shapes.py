@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from spectral_core.scene import (
     Film,
     Instance,
     Light,
+    LightPaths,
     Material,
     Mesh,
     RenderSettings,
@@ -21,7 +24,7 @@ from spectral_core.scene import (
     gray,
 )
 
-__all__ = ["body", "box", "looking", "scene_of", "sheet"]
+__all__ = ["body", "box", "divided", "looking", "scene_of", "sheet", "wheel"]
 
 
 def body(name: str = "body", columns: int = 96, rows: int = 48) -> Mesh:
@@ -57,6 +60,29 @@ def _normals(points: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDAr
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9), dtype=np.float32)
 
 
+def divided(mesh: Mesh, chosen: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> tuple[Mesh, Mesh]:
+    """The mesh without and with the triangles whose centers are ``chosen``."""
+    inside = chosen(mesh.positions[mesh.triangles].mean(axis=1))
+    return (
+        Mesh(mesh.name, mesh.positions, mesh.triangles[~inside], normals=mesh.normals),
+        Mesh(f"{mesh.name} part", mesh.positions, mesh.triangles[inside], normals=mesh.normals),
+    )
+
+
+def wheel(name: str, center: tuple[float, float, float], radius: float, width: float, count: int = 48) -> Mesh:
+    """A flat cylinder whose axis is y."""
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ring = np.stack([radius * np.cos(angle), np.zeros(count), radius * np.sin(angle)], axis=-1)
+    half = np.array([0.0, width / 2, 0.0])
+    points = np.concatenate([ring - half, ring + half, [-half, half]]) + center
+    a = np.arange(count)
+    b = (a + 1) % count
+    first, last = np.full(count, 2 * count), np.full(count, 2 * count + 1)
+    sides = [(a, b, b + count), (a, b + count, a + count), (a, b, first), (b + count, a + count, last)]
+    triangles = np.concatenate([np.stack(side, axis=-1) for side in sides]).astype(np.uint32)
+    return Mesh(name, points.astype(np.float32), triangles)
+
+
 def sheet(name: str, width: float, height: float, z: float = 0.0) -> Mesh:
     """A flat rectangle on the table at height z, facing up, with UVs from 0 to 1."""
     x, y = width / 2, height / 2
@@ -77,5 +103,6 @@ def scene_of(
         instances=tuple(Instance(mesh.name, mesh.name, np.eye(4), (mesh.name,)) for mesh, _ in parts),
         lights=tuple(lights),
         world=World(gray(0.02)),
-        settings=RenderSettings(transport="spectral", max_bounces=4),
+        # The caustics of the lacquer are a few bright dots on the floor; nobody misses them.
+        settings=RenderSettings(transport="spectral", max_bounces=4, light_paths=LightPaths(clamp_indirect=1.0)),
     )
