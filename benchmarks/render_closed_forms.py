@@ -28,7 +28,7 @@ ROUNDING = 0.001
 def run(options: Options) -> dict[str, Any]:
     """Print tables and return figures."""
     only = options.extra[options.extra.index("--only") + 1] if "--only" in options.extra else None
-    samples = 256 if options.quick else 1024
+    samples = 64 if options.quick else 1024
     figures: dict[str, Any] = {}
     if only in (None, "furnace"):
         figures["furnace"] = _furnace(samples, ("rgb",) if options.quick else ("rgb", "spectral"))
