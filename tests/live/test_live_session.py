@@ -189,6 +189,7 @@ def fresh(scene: Scene) -> np.ndarray:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)  # 22 fresh renders, each of which may compile: minutes on a machine with other work
 def test_each_edit_shows_what_a_fresh_render_shows(looker: Looker, scene: Scene) -> None:
     # one after the other, so that what an edit leaves behind would be seen in the next
     wrong, reloaded = {}, set()

@@ -9,6 +9,7 @@ from bpy.types import Context
 
 from spectral_core.errors import InvalidInputError
 
+from ... import compat
 from ...editing import texture_job
 from ...editing.deferred import redraw
 from ...properties.texture import NODE
@@ -80,8 +81,7 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         path = _designed(context)
         material = bpy.data.materials.new("Spectral Texture")
-        material.use_nodes = True
-        tree = material.node_tree
+        tree = compat.use_nodes(material)
         tree.nodes.clear()
         end, shader = tree.nodes.new("ShaderNodeOutputMaterial"), tree.nodes.new("ShaderNodeBsdfDiffuse")
         node = tree.nodes.new(NODE)
