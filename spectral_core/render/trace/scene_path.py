@@ -71,6 +71,8 @@ def scene_path_class(variant: str) -> Any:
                 lambda state, sampler: self.step(scene, state, sampler),
                 labels=("path", "sampler"),
             )
+            # they are of inside the loop; a recorded launch reads every member of the integrator after it
+            self.met = self.asked = None
             return state.light, state.seen, []
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
