@@ -122,10 +122,11 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_the_light_is_that_of_mitsubas_own_emitters(name):
     """Two samplers that share nothing but the closures: block by block the same within their noise."""
-    ours, theirs = _picture(CASES[name], 256), _picture(CASES[name], 512, mitsubas=True)
+    ours, theirs = _picture(CASES[name], 1024), _picture(CASES[name], 4096, mitsubas=True)
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.01)
     blocks = [p.reshape(2, 8, 2, 8, 3).mean(axis=(1, 3, 4)) for p in (ours, theirs)]
-    np.testing.assert_allclose(*blocks, rtol=0.03)
+    # a block without direct light is dim and noisy: what counts there is its share of the picture
+    np.testing.assert_allclose(*blocks, rtol=0.03, atol=0.01 * theirs.mean())
 
 
 def _drawn_and_told(count, seed, far=True):
