@@ -16,6 +16,7 @@ from typing import Any
 import bpy
 from bpy.types import PropertyGroup, Scene
 
+from spectral_core import child
 from spectral_core.errors import InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
@@ -117,11 +118,12 @@ def command_line(document: Path, folder: Path, workers: int, *more: str) -> list
     words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers), *more]
     package = __package__.rpartition(".")[0]
     if not bpy.app.binary_path:
-        return [sys.executable, "-m", package, *words]
+        # not by this process's module path: bpy, once loaded, has put a folder there that hides bpy itself
+        return [sys.executable, *child.ISOLATED, "-m", package, *words]
     # in the new process the extension may be disabled, or not be installed at all where it runs from its sources
     code = (
         "import importlib, os, sys; "
-        f"sys.path[:] = {[str(Path(entry).absolute()) for entry in sys.path]!r}; import bpy; "
+        f"sys.path[:] = {child.trusted_path()!r}; import bpy; "
         f"hasattr(bpy.types.Scene, 'spectral') or importlib.import_module({package!r}).register(); "
         f"status = importlib.import_module({package + '.commands'!r}).main({words!r}); sys.stdout.flush(); "
         "os._exit(status)"
@@ -167,12 +169,12 @@ def look(scene: Scene) -> bool:
         left = (run.total - sweep.done) * seconds / sweep.done if sweep.done else None
         sweep.status = f"{sweep.done} of {run.total}" + ("" if left is None else f", about {left:.0f} s left")
         return True
-    words = run.words()
-    aside = [line for line in words.splitlines() if "set aside" in line]
+    lines = run.lines()
+    aside = [line for line in lines if "set aside" in line]
     if code == 0:
         sweep.status = f"{sweep.done} points done"
     else:
-        last = next((line for line in reversed(words.splitlines()) if line.strip()), f"status {code}")
+        last = lines[-1] if lines else f"status {code}"
         sweep.status = aside[0] if aside else last.strip()
     run.log.close()
     _run = None
@@ -192,7 +194,7 @@ def cancel() -> None:
     """End the run."""
     if _run is None:
         raise InvalidInputError("no sweep is on its way")
-    _run.cancel()
+    _run.end()
 
 
 def estimate(scene: Scene) -> str:
@@ -285,7 +287,7 @@ def unregister() -> None:
     """End what runs."""
     global _run
     if _run is not None:
-        _run.cancel()
+        _run.end()
         _run.log.close()
         _run = None
     stop_serving()

@@ -17,6 +17,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from spectral_core import child
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.features.png import png_bytes
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
@@ -166,7 +167,7 @@ def worker_command() -> tuple[str, ...]:
         return bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr"
     from spectral_core.render.process.renderer import find_python
 
-    return find_python(), "-c"
+    return find_python(), *child.ISOLATED, "-c"
 
 
 def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:

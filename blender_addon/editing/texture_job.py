@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import tempfile
 import time
 from pathlib import Path
@@ -21,40 +20,20 @@ from spectral_core.render.process.renderer import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
+from .background import BackgroundCommand
 
 POLL_S = 0.25
 DOCUMENT = "texture.toml"
 _job: Job | None = None
 
 
-class Job:
-    """The process, its output so far, and the scene that waits for it."""
+class Job(BackgroundCommand):
+    """The design, and the scene that waits for it."""
 
     def __init__(self, scene: Scene, document: Path, folder: Path) -> None:
         self.scene, self.folder = scene.name, folder
-        self.log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        command = child.command(
-            find_python(), "spectral_core.cli", "texture", str(document), "--out", str(folder), "--progress"
-        )
-        self.process = subprocess.Popen(
-            command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=child.environment()
-        )
-
-    def words(self) -> list[str]:
-        """Lines of output so far."""
-        self.log.seek(0)
-        return [line for line in self.log.read().decode("utf-8", "replace").splitlines() if line.strip()]
-
-    def end(self) -> None:
-        """End the process; no file is left half written."""
-        if self.process.poll() is None:
-            self.process.terminate()
-            try:
-                self.process.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
-        self.log.close()
+        words = ("texture", str(document), "--out", str(folder), "--progress")
+        super().__init__(child.command(find_python(), "spectral_core.cli", *words))
 
 
 def running() -> bool:
@@ -95,7 +74,7 @@ def look() -> bool:
     if scene is None:
         cancel()
         return False
-    design, words = scene.spectral.texture, job.words()
+    design, words = scene.spectral.texture, job.lines()
     steps = [line.split(maxsplit=2) for line in words if line.startswith("progress ")]
     if steps:
         design.progress, design.status = float(steps[-1][1]), steps[-1][2]
@@ -150,6 +129,7 @@ def cancel() -> None:
         raise InvalidInputError("no texture is being designed")
     job, _job = _job, None
     job.end()
+    job.log.close()
     scene: Any = bpy.data.scenes.get(job.scene)
     if scene is not None:
         scene.spectral.texture.status = "cancelled"

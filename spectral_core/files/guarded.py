@@ -8,7 +8,6 @@ from running for minutes or filling the memory before it fails.
 
 from __future__ import annotations
 
-import io
 import os
 import re
 import stat
@@ -166,11 +165,6 @@ def half_of_memory() -> int:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
     except (AttributeError, ValueError, OSError):  # Windows does not tell
         return 8 << 30
-
-
-def in_memory(data: bytes) -> BinaryIO:
-    """Bytes as a stream."""
-    return io.BytesIO(data)
 
 
 def _short(text: str) -> str:

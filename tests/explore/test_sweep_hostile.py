@@ -118,6 +118,15 @@ def test_a_program_that_leaves_nothing_fails_and_lists_become_columns(tmp_path: 
         program(tmp_path, 'print(\'{"a": {"b": 1}}\')')({"x": 0.5}, 0)
 
 
+def test_pictures_of_a_program_that_a_point_cannot_keep_fail_it(tmp_path: Path) -> None:
+    nine = "import sys\nfor k in range(9): open(sys.argv[2] + f'/{k}.png', 'wb').write(b'x')\nprint(1.0)"
+    with pytest.raises(RenderError, match="left 9 pictures in {out}; a point keeps at most 8"):
+        program(tmp_path, nine)({"x": 0.5}, 0)
+    link = "import os, sys\nos.symlink('/etc/hostname', sys.argv[2] + '/l.png')\nprint(1.0)"
+    with pytest.raises(RenderError, match="l.png is not"):
+        program(tmp_path, link)({"x": 0.5}, 0)
+
+
 def stored(folder: Path, outcomes: list[dict[str, Any]]) -> Store:
     store = Store.create(folder / "s.cdb", Project(ONE, RegionOfInterest(), Design("sobol", len(outcomes))))
     points = [{"x": (k + 0.5) / len(outcomes)} for k in range(len(outcomes))]

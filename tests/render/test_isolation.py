@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -65,3 +66,23 @@ def test_nor_from_a_user_site(tmp_path: Path) -> None:
     line = child.command(sys.executable, "spectral_core.cli._trial", "nothing")
     subprocess.run(line, capture_output=True, env={**child.environment(), "PYTHONUSERBASE": str(tmp_path)})
     assert not mark.exists()
+
+
+def test_the_workers_of_a_sweep_import_nothing_from_the_current_folder(trap: Path) -> None:
+    from spectral_core.explore.sweep.pool import WorkerPool
+
+    with WorkerPool(1) as pool:
+        assert pool.submit(len, "four").result(timeout=200) == 4
+    assert not trap.exists(), trap.read_text()
+
+
+def test_commands_for_a_scheduler_import_nothing_from_the_current_folder(
+    trap: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from argparse import Namespace
+
+    from spectral_core.cli.sweep import _print_shell
+
+    _print_shell(Namespace(shell=1, sweep="s.toml"), Path("out"))
+    first = shlex.split(capsys.readouterr().out.splitlines()[0])
+    assert "there is no file" in run(trap, *first).stderr

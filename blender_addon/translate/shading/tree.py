@@ -21,10 +21,6 @@ class Input:
     def node(self) -> Any:
         return self.socket.node
 
-    def sibling(self, name: str) -> Input | None:
-        """Another input of the same node, by identifier."""
-        return _named(self.socket.node.inputs, name, self.groups)
-
     def source(self) -> Output | Input:
         """What feeds it: the output of a working node, or the input whose own value counts."""
         place: Input = self

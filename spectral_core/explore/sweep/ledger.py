@@ -166,11 +166,6 @@ class Ledger:
             query = "SELECT COUNT(*) FROM attempts WHERE key = ?" + ("" if how is None else " AND how = ?")
             return int(self._connection.execute(query, (key,) if how is None else (key, how)).fetchone()[0])
 
-    def all_attempts(self) -> list[tuple[str, int, str, str | None]]:
-        """Key, number, worker and ending of every attempt."""
-        with self._lock:
-            return self._connection.execute("SELECT key, number, worker, how FROM attempts ORDER BY started").fetchall()
-
     def set_aside(self, key: str, reason: str) -> None:
         """Mark a point as failed, with the reason."""
         with self.transaction() as database:

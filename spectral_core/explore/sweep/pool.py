@@ -20,14 +20,16 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from typing import Any
 
+from spectral_core import child
 from spectral_core.errors import RenderError
 from spectral_core.render.process.messages import receive, send
 
 MARKER = b"\x00spectral-sweep-worker\x00"
 """What a worker says first: whatever stands before it, such as Blender's greeting, is passed over."""
-PATH_VARIABLE = "SPECTRAL_SCENE_SYS_PATH"
+PYTHON = (sys.executable, *child.ISOLATED, "-c")
+"""Start of the command line of a plain worker."""
 BOOTSTRAP = (
-    f"import json, os, sys; sys.path[:] = json.loads(os.environ['{PATH_VARIABLE}']); "
+    f"import json, os, sys; sys.path[:] = json.loads(os.environ['{child.PATH_VARIABLE}']); "
     "from spectral_core.explore.sweep.pool_worker import main; main()"
 )
 LOG_TAIL_BYTES = 4000
@@ -59,7 +61,7 @@ class WorkerPool(Executor):
     def __init__(
         self, workers: int, *, command: Sequence[str] | None = None, threads: int | None = None, prelude: str = ""
     ) -> None:
-        self._command = [*(command or [sys.executable, "-c"]), f"{prelude}\n{BOOTSTRAP}"]
+        self._command = [*(command or PYTHON), f"{prelude}\n{BOOTSTRAP}"]
         self._threads = threads
         self._tasks: deque[_Task] = deque()
         self._wake = threading.Condition()
@@ -167,8 +169,10 @@ class _Process:
     def __init__(self, command: Sequence[str], threads: int | None) -> None:
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         self._ending = threading.Lock()
-        paths = [os.path.abspath(entry) for entry in sys.path]  # noqa: PTH100
-        environment = {**os.environ, PATH_VARIABLE: json.dumps(paths)}
+        # Functions to sweep may lie where this process alone looks, such as beside a script. These folders come last,
+        # so that no file in them hides a library.
+        paths = [*child.trusted_path(), *(os.path.abspath(entry) for entry in sys.path)]  # noqa: PTH100
+        environment = child.environment() | {child.PATH_VARIABLE: json.dumps(list(dict.fromkeys(paths)))}
         if threads is not None:
             environment |= {
                 name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

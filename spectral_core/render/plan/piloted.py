@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
-from spectral_core.render.plan.levels import KEEP, Effect, Level
+from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
-from spectral_core.render.plan.rules import ON_OFF, Found, names
+from spectral_core.render.plan.rules import Found
 from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
@@ -105,13 +105,3 @@ def _is_sharp(leaf: object) -> bool:
         clear = isinstance(leaf, Principled) and leaf.transmission != 0
         return rough < SHARP_ROUGHNESS or coated or clear
     return False
-
-
-def lamps_effect(found: Found, dropped: tuple[str, ...], error: float) -> Effect:
-    """Lamps that are too weak or too far to matter."""
-    count = len(found.scene.lights)
-    if not dropped:
-        return Effect("lamps", (Level(str(count)),), f"each of {count} lamps matters", choices=("all",))
-    levels = (Level("all"), Level(f"{count - len(dropped)} of {count}", error, 0.02 + 0.1 * len(dropped) / count))
-    reason = f"{names(dropped)} add ΔE {error:.2g} at most" if error < KEEP else "each matters"
-    return Effect("lamps", levels, reason, "less light", "bounded", ("all", *ON_OFF[1:]))

@@ -245,14 +245,6 @@ class Builder:
             copied.append(Instruction(i.operation, inputs, i.settings, i.values, i.data))
         return Program(tuple(copied))
 
-    def include(self, program: Program) -> int:
-        """Enter another program's instructions; its result."""
-        places: list[int] = []
-        for i in program.instructions:
-            moved = Instruction(i.operation, tuple(places[k] for k in i.inputs), i.settings, i.values, i.data)
-            places.append(self._enter(moved))
-        return places[-1]
-
     def _enter(self, new: Instruction) -> int:
         key = (new.operation, new.inputs, new.settings, new.values, id(new.data))
         if key not in self._known:

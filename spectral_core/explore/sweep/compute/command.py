@@ -28,6 +28,7 @@ from spectral_core.explore.sweep.parameters import Space, Value
 _PLACE = re.compile(r"\{([^{}]*)\}")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 MAX_OUTPUT_BYTES = 50_000_000
+MOST_PICTURES = 8
 TIME_LIMIT_S = 3600.0
 
 
@@ -89,9 +90,15 @@ class CommandNode:
                 path for path in Path(out).iterdir() if path.suffix.lower() in PICTURES and path.is_file()
             )
             files = {}
-            for number, path in enumerate(pictures[:8]):
-                if not path.is_symlink() and path.stat().st_size <= MAX_OUTPUT_BYTES:
-                    files[("" if number == 0 else f"_{number}") + path.suffix.lower()] = path.read_bytes()
+            too_large = [path.name for path in pictures if path.is_symlink() or path.stat().st_size > MAX_OUTPUT_BYTES]
+            if too_large or len(pictures) > MOST_PICTURES:
+                raise RenderError(
+                    f"{words[0]} left {len(pictures)} pictures in {{out}}; a point keeps at most {MOST_PICTURES}, each "
+                    f"a plain file of at most {MAX_OUTPUT_BYTES / 1e6:.0f} MB"
+                    + (f", and {too_large[0]} is not" if too_large else "")
+                )
+            for number, path in enumerate(pictures):
+                files[("" if number == 0 else f"_{number}") + path.suffix.lower()] = path.read_bytes()
             if not values and not files:
                 raise RenderError(
                     f"{words[0]} left no result: expected a JSON object or a number as its last line, result.json or "

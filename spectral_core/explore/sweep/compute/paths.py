@@ -44,13 +44,6 @@ def parse_path(path: str) -> list[Any]:
     return steps
 
 
-def get_path(whole: Any, path: str) -> Any:
-    """The value at a path; UnknownNameError names what there is instead."""
-    for step in parse_path(path):
-        whole = _part(whole, step, path)
-    return whole
-
-
 def set_path(whole: Any, path: str, value: Any) -> Any:
     """A copy of ``whole`` with the number or text at ``path`` replaced.
 
