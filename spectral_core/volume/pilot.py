@@ -225,7 +225,7 @@ def pilot_places(view: View, corners: Array, count: int) -> tuple[Array, Array, 
 
     ``corners`` (n, 3) in world space. Where the rectangle has about ``count`` pixels or fewer, their centers are taken.
     """
-    inverse = np.linalg.inv(view.to_world)
+    inverse = np.linalg.inv(view.world_from_camera)
     local = corners @ inverse[:3, :3].T + inverse[:3, 3]
     picture = np.array([[0.0, 0.0], [view.width, view.height]])
     if view.fov_deg is None:

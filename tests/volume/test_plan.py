@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One quality knob: the stated error is true, auto never takes what costs more, and bad wishes are refused."""
+"""One quality knob: the stated error is true, auto never takes what costs more, and bad requests are refused."""
 
 from dataclasses import replace
 
@@ -71,16 +71,16 @@ def test_a_picture_of_nothing_has_no_error(renderers):
     assert made.estimate_db == np.inf
 
 
-@pytest.mark.parametrize(("wish", "error", "words"), [
+@pytest.mark.parametrize(("request_", "error", "words"), [
     ({"quality_db": 5.0}, InvalidInputError, "quality is 5.0 dB"),
     ({"quality_db": float("nan")}, InvalidInputError, "quality is nan"),
     ({"rule": "thesys"}, UnknownNameError, "did you mean 'thesis'"),
     ({"quadrature": "simpson"}, UnknownNameError, "quadrature"),
 ])  # fmt: skip
-def test_bad_wishes_are_refused(renderers, wish, error, words):
+def test_bad_requests_are_refused(renderers, request_, error, words):
     renderer = renderers["gaussians"]
     with pytest.raises(error, match=words):
-        plan(renderer, View.around(renderer.volume), preset("wide", renderer.volume), **wish)
+        plan(renderer, View.around(renderer.volume), preset("wide", renderer.volume), **request_)
 
 
 def test_two_dimensional_functions_have_no_preintegrated_table(renderers):
