@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Changes of single things in a loaded scene, each made in place, or refused with nothing said about why.
+"""Changes of single parts of a loaded scene; each is made in place, or refused without a reason.
 
 A refusal is no error: the scene is then loaded as a whole, which is always right.
 """
@@ -50,7 +50,7 @@ class Edit:
         """Another number of a material."""
         if not equal(old.medium, new.medium):
             return False
-        if old.name not in self._parts.shapes.bsdfs:  # worn by nothing that is seen
+        if old.name not in self._parts.shapes.bsdfs:  # assigned to nothing that is rendered
             return True
         context, kept = self._parts.context, self._made()
         was = surface.emission(context, old.surface, old.name)
@@ -71,8 +71,8 @@ class Edit:
         for instance in self._new.instances:
             if name in instance.materials:
                 shapes = self._parts.placed[instance.name]
-                worn = [shape for shape in shapes if shape.bsdf() is self._parts.shapes.bsdfs[name]]
-                found += [shape.emitter() for shape in worn if shape.emitter() is not None]
+                assigned = [shape for shape in shapes if shape.bsdf() is self._parts.shapes.bsdfs[name]]
+                found += [shape.emitter() for shape in assigned if shape.emitter() is not None]
         return found
 
     def light(self, old: Light, new: Light) -> bool:
