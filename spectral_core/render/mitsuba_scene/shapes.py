@@ -81,8 +81,8 @@ class Shapes:
             return False
         if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
             return False
-        worn = [self._material(instance, index) for index in self.parts[instance.mesh]]
-        return all(m.medium is None and surface.is_dark(m.surface) for m in worn)
+        materials = [self._material(instance, index) for index in self.parts[instance.mesh]]
+        return all(m.medium is None and surface.is_dark(m.surface) for m in materials)
 
     def _group(self, instance: Instance) -> Any:
         key = (instance.mesh, instance.materials)
