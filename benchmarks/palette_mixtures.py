@@ -17,13 +17,13 @@ import numpy as np
 from benchmarks import Options
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.paint.fluorescence import led
-from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.paint.mixtures import additive_mixture, tint_differences
 from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import SpectralGrid
 
 LEVELS = (0.75, 0.5, 0.25)

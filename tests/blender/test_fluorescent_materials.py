@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-bpy = pytest.importorskip("bpy")
-pytest.importorskip("mitsuba")
-
 from spectral_core.scene import Fluorescent, leaves
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("mitsuba")
 
 
 def dye(material, taken=405.0, sent=530.0, amount=0.3):

@@ -126,7 +126,7 @@ def test_the_plan_turns_fluorescence_on_and_off():
 
 
 def test_rgb_transport_shows_the_color_by_day_and_says_so():
-    found, noise, job = shown(lit(closure(PAINT), catalogue.illuminant("D65"), transport="rgb", samples=16))
+    found, _, job = shown(lit(closure(PAINT), catalogue.illuminant("D65"), transport="rgb", samples=16))
     expected = PAINT.linear_rgb(unit(catalogue.illuminant("D65")))
     np.testing.assert_allclose(found, expected, rtol=0.02)
     assert any("under daylight: RGB transport knows no other wavelengths" in note.message for note in job.notes)

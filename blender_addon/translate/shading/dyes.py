@@ -75,7 +75,9 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
             return leaf
         if isinstance(leaf, Diffuse):
             if leaf.roughness != 0:
-                translation.note(material.name, "its dyes make it evenly matt; the roughness of its Diffuse is left out")
+                translation.note(
+                    material.name, "its dyes make it evenly matt; the roughness of its Diffuse is left out"
+                )
             return _fitting(translation, material.name, leaf.color, dyes, amounts, leaf.normal)
         return _on_principled(translation, material.name, leaf, dyes, amounts) if isinstance(leaf, Principled) else leaf
 

@@ -25,6 +25,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentSurface:
     """A reflectance on a grid with amounts (k,) of dyes. Raises InvalidInputError where it returns over 1."""

@@ -206,7 +206,9 @@ class _Design:
         energy = np.zeros((0, size))
         if count:
             upper[n + count :] = 1.0
-            energy = np.concatenate([np.eye(n), share_per_amount(self.dyes[item], grid.wavelengths_nm), np.eye(n)], axis=1)
+            energy = np.concatenate(
+                [np.eye(n), share_per_amount(self.dyes[item], grid.wavelengths_nm), np.eye(n)], axis=1
+            )
         return Block(
             np.concatenate([*(np.pad(m, ((0, 0), (0, size - m.shape[1]))) for m, *_ in rows), energy]),
             np.concatenate([*(target for _, target, _, _ in rows), np.ones(len(energy))]),

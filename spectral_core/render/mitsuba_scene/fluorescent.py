@@ -22,7 +22,9 @@ IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
     "for what they send out under each light"
 )
-OVER_WHITE = "in daylight it sends out more than RGB transport can show of a surface; its color is rendered at the limit"
+OVER_WHITE = (
+    "in daylight it sends out more than RGB transport can show of a surface; its color is rendered at the limit"
+)
 ABOVE_BUMPS = "its dyes send light out about the smooth normal: bumps and normal maps shape what it reflects alone"
 
 

@@ -82,7 +82,10 @@ def take_inventory(scene: Scene) -> Inventory:
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
     return Inventory(
-        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, _values(m))) or bool(dyed(m))) + spectral_volumes,
+        spectra=spectral_lights
+        + world
+        + which(lambda m: any(map(_has_spectrum, _values(m))) or bool(dyed(m)))
+        + spectral_volumes,
         dispersive=which(_is_dispersive),
         fluorescent=which(lambda m: bool(dyed(m))),
         media=which(lambda m: m.medium is not None),

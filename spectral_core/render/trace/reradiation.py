@@ -99,7 +99,9 @@ class Reradiation:
         chance = mi.Float(0.0)
         for k in range(4):
             chance += 0.25 * self._at(self._chances, index, si.wavelengths[k], dyed)
-        chance = dr.select(dyed & (chance > 0.0) & (sum(weights) > 0.0), dr.clip(chance, LEAST_CHANCE, MOST_CHANCE), 0.0)
+        chance = dr.select(
+            dyed & (chance > 0.0) & (sum(weights) > 0.0), dr.clip(chance, LEAST_CHANCE, MOST_CHANCE), 0.0
+        )
         pick, place = sampler.next_1d(), sampler.next_1d()
         shifted = dyed & (pick < chance)
         found, factors = [], []
