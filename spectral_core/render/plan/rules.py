@@ -228,8 +228,8 @@ def _bounces(found: Found) -> Effect:
 
 
 _RULES: tuple[Callable[[Found], Effect], ...] = (
-    _transport, _dispersion, _fluorescence, _media, _volumes, _transparency, _environment, _emissive_meshes, _lamp_bodies,
-    _textures, _depth_of_field,
+    _transport, _dispersion, _fluorescence, _media, _volumes, _transparency, _environment, _emissive_meshes,
+    _lamp_bodies, _textures, _depth_of_field,
 )  # fmt: skip
 
 
