@@ -104,7 +104,8 @@ class Reradiation:
         )
         pick, place = sampler.next_1d(), sampler.next_1d()
         shifted = dyed & (pick < chance)
-        found, factors = [], []
+        found: list[Any] = []
+        factors: list[Any] = []
         for k in range(4):
             if k and self._teeth == 1:
                 found.append(found[0])
