@@ -24,6 +24,7 @@ from spectral_core.scene.lights import (
     World,
 )
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
@@ -71,10 +72,12 @@ __all__ = [
     "Material",
     "Mesh",
     "Metal",
+    "Mist",
     "MixSurface",
     "MixedPaint",
     "Note",
     "Paint",
+    "Passes",
     "Photometry",
     "PointLight",
     "Principled",

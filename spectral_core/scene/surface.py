@@ -220,8 +220,13 @@ class ScatteringMedium(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows."""
+    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows.
+
+    ``index``: number for the pass Material Index. ``outputs``: what it writes to AOVs, by their name.
+    """
 
     name: str
     surface: Surface | None = field(default_factory=Diffuse)
     medium: ScatteringMedium | None = None
+    index: int = 0
+    outputs: tuple[tuple[str, Paint | Scalar], ...] = ()

@@ -99,7 +99,9 @@ class Shapes:
     def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
         """Mitsuba mesh of a part, known to the tables of what it wears."""
         shape = geometry.mesh_shape(self.context, part, children)
-        dyed = self.context.dyed.get(self._material(instance, index).name)
+        name = self._material(instance, index).name
+        self.context.material_of_shape.append((shape, name))
+        dyed = self.context.dyed.get(name)
         if dyed is not None:
             dyed.shapes.append(shape)
         return shape

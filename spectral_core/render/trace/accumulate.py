@@ -40,6 +40,8 @@ class _Tile:
     bands: Any
     lost: Any
     """Samples per pixel whose radiance was NaN or Inf: they count as black."""
+    light: Any = None
+    """Shares of the light (pixels · rows · 3), where the integrator tells them apart."""
 
 
 class Accumulator:
@@ -47,6 +49,9 @@ class Accumulator:
 
     ``keep`` False makes no room for sums: for what traces pixels of its own choice.
     """
+
+    keeps_light = True
+    """Whether shares of the light are summed, where the integrator tells them apart."""
 
     def __init__(
         self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None, *, keep: bool = True
@@ -136,10 +141,15 @@ class Accumulator:
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
         first, total = self._span(samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
+        tells_apart = getattr(integrator, "begin", None) if self.keeps_light else None
+        if tells_apart is not None and tile.light is None:
+            tile.light = dr.opaque(mi.Float, 0.0, tile.count * integrator.rows * 3)
 
         def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
             sampler.begin(index)
             ray, cells, within = self._ray(corner, sampler)
+            if tells_apart is not None:
+                tells_apart(tile.light, lane, lambda light: self._measure(light, cells, within))
             radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             # what is finite as radiance may overflow in the measure: it counts as lost as well
@@ -156,7 +166,9 @@ class Accumulator:
             body,
             labels=("index", "sums", "covered", "lost"),
         )
-        dr.eval(tile.sums, tile.covered, tile.lost, bands)
+        if tells_apart is not None:
+            tells_apart(None, None, None)
+        dr.eval(tile.sums, tile.covered, tile.lost, bands, tile.light)
         dr.sync_thread()
 
     def _pixels(self, tile: _Tile) -> Any:
@@ -267,6 +279,14 @@ class Accumulator:
             pixels[part, 3] = np.array(tile.covered) / max(1, self.samples)
         pixels[:, :3] *= self.film.exposure
         return pixels.reshape(height, width, 4)
+
+    def light_pictures(self, rows: int) -> NDArray[np.float32]:
+        """Mean so far of the shares of the light, (height, width, rows, 3) linear sRGB, row 0 at the bottom."""
+        width, height = self.film.size
+        parts = [np.array(tile.light).reshape(tile.count, rows, 3) for tile in self._tiles]
+        means = np.concatenate(parts).astype(np.float64) / max(1, self.samples)
+        colors = means if self._plan is None else means @ RGB_FROM_XYZ.T
+        return np.asarray(colors * self.film.exposure, np.float32).reshape(height, width, rows, 3)
 
     def band_picture(self) -> NDArray[np.float32]:
         """Mean so far of the spectral channels: (height, width, n_bands), row 0 at the bottom, without exposure."""

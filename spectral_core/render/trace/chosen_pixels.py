@@ -39,6 +39,8 @@ class Sums:
 class ChosenPixels(Accumulator):
     """Traces pixels by number (row · width + column, row 0 at the bottom) through one loaded scene."""
 
+    keeps_light = False
+
     def __init__(
         self,
         mitsuba: Any,

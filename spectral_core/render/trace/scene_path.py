@@ -59,6 +59,8 @@ def scene_path_class(variant: str) -> Any:
             """What the ray brought, by what it came from."""
             self.asked: Any = None
             """Number of the light that the last surface asked."""
+            self.asked_way: Any = None
+            """Local direction to that light, and what the surface sends on from there."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
@@ -72,7 +74,7 @@ def scene_path_class(variant: str) -> Any:
                 labels=("path", "sampler"),
             )
             # they are of inside the loop; a recorded launch reads every member of the integrator after it
-            self.met = self.asked = None
+            self.met = self.asked = self.asked_way = None
             return state.light, state.seen, []
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
@@ -176,12 +178,16 @@ def scene_path_class(variant: str) -> Any:
             same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
             return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
 
-        def arrived(self, si: Any, path: Any, active: Any) -> Any:
-            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling."""
+        def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
+            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling.
+
+            ``of``: which lights count, by their number; all if None.
+            """
             scattered = dr.select(path.depth > 0, path.depth - 1, 0)
 
             def share(number: Any, pdf: Any, on: Any) -> Any:
                 lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
+                lit = lit if of is None else lit & of(number)
                 if self.tables.shadowless is not None:
                     # what nothing blocks is sampled only: a ray may be blocked on its way there
                     lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
@@ -192,7 +198,7 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
             self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
-            if self.tables.camera_world is not None:
+            if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
@@ -230,6 +236,7 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
                 value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
+            self.asked_way = (wo, value)
             share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:

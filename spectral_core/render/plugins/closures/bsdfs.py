@@ -101,6 +101,8 @@ def register(mi: Any, dr: Any) -> None:
             """Sum over all children, and the density of drawing ``wo``; ``scale``: 1 over the sum of weights."""
             value, density = mi.Spectrum(0.0), mi.Float(0.0)
             for k, child in enumerate(self.children):
+                if not child.flags() & ctx.type_mask:
+                    continue  # a child of other lobes than those that are asked for
 
                 def add(value: Any, density: Any, k: int = k, child: Any = child) -> tuple[Any, Any]:
                     amount = self.amount(k, si, active)

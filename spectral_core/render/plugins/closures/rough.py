@@ -23,6 +23,9 @@ def register(mi: Any, dr: Any) -> None:
         ``anisotropy``, ``rotation`` (textures) and ``tangent`` (a texture of world directions): all three, or none.
         """
 
+        diffuse_alone = False
+        """Whether only what is diffuse is asked for."""
+
         def __init__(self, properties: Any, *kinds: Any) -> None:
             super().__init__(properties)
             flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
@@ -85,7 +88,9 @@ def register(mi: Any, dr: Any) -> None:
             active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
             wi, wo = (self.aligned(axes, self.turned(si, direction)) for direction in (si.wi, wo))
+            self.diffuse_alone = ctx.type_mask == int(mi.BSDFFlags.Diffuse)
             value, density = self.reflect(si, wi, wo, active)
+            self.diffuse_alone = False
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -271,7 +276,10 @@ def register(mi: Any, dr: Any) -> None:
             above = mi.Float(1.0)
             if self.below is not None:
                 above = 1.0 - self.share_below(si, active)
-            value += (1.0 - metallic) * (1.0 - dr.max(specular)) * above * diffuse
+            diffuse *= (1.0 - metallic) * (1.0 - dr.max(specular)) * above
+            if self.diffuse_alone:
+                return diffuse * below_coat, mi.Float(0.0)
+            value += diffuse
             if self.has_specular:
                 kept = mi.Float(1.0)
                 if self.keeps_energy:
