@@ -114,7 +114,8 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     override = overridden(found.translation.depsgraph, "material_override")
     materials = [_translated(found, override or material) for material in _materials(obj)]
     reads = frozenset().union(*(item.reads for item in materials))
-    mesh = _mesh(found, obj, reads, instance)
+    shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
+    mesh = _mesh(found, obj, reads | shows_uv, instance)
     if mesh is None:
         return
     highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
@@ -146,8 +147,17 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
             index=int(obj.pass_index),
             attributes=object_attributes(obj, instance, reads),
             random=_random(obj, instance),
+            shown_as=obj.name,
+            asset=_root(original).name,
         )
     )
+
+
+def _root(obj: Any) -> Any:
+    """The parent of parents of an object, itself where it has none: what a cryptomatte of assets names."""
+    while obj.parent is not None:
+        obj = obj.parent
+    return obj
 
 
 def _random(obj: Any, instance: Any) -> float:

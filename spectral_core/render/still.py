@@ -163,9 +163,7 @@ def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
     if counts is None:
         counts = np.full(made.pixels.shape[:2], float(made.samples), np.float32)
     passes, notes = made_passes(job, wanted, counts, made.pixels if job.scene.settings.denoise else None)
-    return replace(
-        denoised, passes=passes, notes=(*denoised.notes, *notes), seconds=time.perf_counter() - start
-    )
+    return replace(denoised, passes=passes, notes=(*denoised.notes, *notes), seconds=time.perf_counter() - start)
 
 
 def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:

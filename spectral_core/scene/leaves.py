@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -94,15 +94,24 @@ def programs_of(surface: Surface | None) -> Iterator[Program]:
 
 def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
     """What a surface reads of its mesh: ``"uv"`` for its images, and each input of its programs."""
-    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in _simple_values(surface))
-    return frozenset(name for program in programs_of(surface) for name in program.inputs) | (
-        {"uv"} if images else set()
-    )
+    return inputs_of(values_of(surface))
+
+
+def inputs_of(values: Iterable[Any]) -> frozenset[str]:
+    """What colors and numbers read of a mesh: ``"uv"`` for images, and each input of programs."""
+    simple = list(_parts(values))
+    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in simple)
+    names = (name for value in simple if isinstance(value, Computed) for name in value.program.inputs)
+    return frozenset(names) | ({"uv"} if images else set())
 
 
 def _simple_values(surface: Surface | None) -> Iterator[Any]:
     """``values_of`` with each mixed paint divided into what it mixes."""
-    stack = list(values_of(surface))
+    return _parts(values_of(surface))
+
+
+def _parts(values: Iterable[Any]) -> Iterator[Any]:
+    stack = list(values)
     while stack:
         value = stack.pop()
         if isinstance(value, MixedPaint):

@@ -29,13 +29,17 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Array = NDArray[np.float32]
 
-MOST_SAMPLES = 64
-"""Camera rays per pixel, at most: more than edges need."""
+MOST_SAMPLES, COLOR_SAMPLES = 64, 128
+"""Camera rays per pixel: as many as the picture has, at most, for what has edges; colors of lobes are drawn."""
 MOST_PASSED = 64
 """Transparent surfaces that a ray passes."""
 FAR = 1e10
 """Depth where nothing is met, as Cycles writes it."""
 WHITE_NM = np.arange(360.0, 831.0)
+AOV_CHANNELS = 4
+"""A color and how much of the pixel it covers."""
+RAREST = 1e-4
+"""Chance of a lobe down to which it is drawn as often as others: a pane of glass mirrors 1 % of light."""
 _OF_FIRST_SAMPLE = ("Depth", "Position", "Object Index", "Material Index")
 
 
@@ -60,7 +64,9 @@ class DataPasses(Accumulator):
         self._width = 0
         for name in names:
             self._rows[name] = self._width
-            self._width += DATA_PASSES.get(name, 3)
+            self._width += DATA_PASSES.get(name, AOV_CHANNELS)
+        self._drawn = self._width
+        self._width += 1
         self._colors = [lobe for lobe in LOBES if f"{lobe} Color" in self._rows]
         if wavelengths is not None:
             self._white = table(mitsuba.Float, white_light().at(WHITE_NM))
@@ -71,14 +77,14 @@ class DataPasses(Accumulator):
         mi, dr = self._mi, self._dr
         width, height = self.film.size
         count = width * height
-        samples = min(self.film.samples, MOST_SAMPLES)
+        samples = COLOR_SAMPLES if self._colors else min(self.film.samples, MOST_SAMPLES)
         pixel = dr.arange(mi.UInt32, count)
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         columns = dr.opaque(mi.UInt32, width)
         corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
         seed = dr.opaque(mi.UInt32, (self.film.seed * 2654435761 + 1) & 0xFFFFFFFF)
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
-        self._sums = dr.opaque(mi.Float, 0.0, max(count * self._width, 1))
+        self._sums = dr.opaque(mi.Float, 0.0, count * self._width)
         self._pixel = pixel
         kinds = self._wanted.cryptomattes
         total = dr.opaque(mi.UInt32, samples)
@@ -93,7 +99,7 @@ class DataPasses(Accumulator):
         _, *slots = dr.while_loop((mi.UInt32(0), *empty), lambda index, *_: index < total, body)
         dr.eval(self._sums, *slots)
         self._measured = None
-        sums = np.array(self._sums).reshape(count, -1)[:, : self._width] if self._width else np.zeros((count, 0))
+        sums = np.array(self._sums).reshape(count, self._width)
         pictures = self._pictures(sums.astype(np.float64), samples)
         size = self._crypto.count
         for order, kind in enumerate(kinds):
@@ -108,6 +114,8 @@ class DataPasses(Accumulator):
         """One camera ray, through what it passes straight, to what covers all of it."""
         mi, dr = self._mi, self._dr
         pick, direction = sampler.next_1d(), sampler.next_2d()
+        pick, weight = self._spread(pick, sampler.index)
+        self._put(self._drawn, weight, mi.Bool(True))
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
         def body(origin: Any, length: Any, clear: Any, done: Any, layers: Any, walking: Any, *slots: Any) -> Any:
@@ -127,7 +135,7 @@ class DataPasses(Accumulator):
             self._see_outputs(si, rows[1], single)
             self._see_mist(si, seen, dr.mean(clear) * alpha)
             if self._colors:
-                self._see_colors(si, bsdf, clear, (pick, direction), seen)
+                self._see_colors(si, bsdf, clear * weight, (pick, direction), seen)
             slots = self._see_names(rows, dr.mean(clear) * alpha, seen, list(slots))
             clear = dr.select(seen, clear * passed, clear)
             onward = met & ~hole & (dr.max(clear) > 1e-4) & (layers + 1 < bounds)
@@ -148,13 +156,28 @@ class DataPasses(Accumulator):
 
     def _add(self, name: str, values: tuple[Any, ...], active: Any) -> None:
         """Add numbers to a pass of the pixel, where it is wanted."""
-        mi, dr = self._mi, self._dr
         if name not in self._rows:
             return
         for k, value in enumerate(values):
-            at = self._pixel * self._width + (self._rows[name] + k)
-            finite = dr.select(dr.isfinite(value), value, 0.0)
-            dr.scatter_add(self._sums, mi.Float(finite), at, active, dr.ReduceMode.NoConflicts)
+            self._put(self._rows[name] + k, value, active)
+
+    def _put(self, column: int, value: Any, active: Any) -> None:
+        mi, dr = self._mi, self._dr
+        finite = dr.select(dr.isfinite(value), value, 0.0)
+        at = self._pixel * self._width + column
+        dr.scatter_add(self._sums, mi.Float(finite), at, active, dr.ReduceMode.NoConflicts)
+
+    def _spread(self, pick: Any, index: Any) -> tuple[Any, Any]:
+        """A number that draws a lobe, and its weight: every other one is evenly spread over magnitudes.
+
+        Lobes are drawn by their share of [0, 1), the mirroring ones from 0 on.
+        """
+        mi, dr = self._mi, self._dr
+        spread = float(np.log(1.0 / RAREST))
+        small = dr.exp(-spread * (1.0 - pick))
+        pick = dr.select((index & 1) == 1, small, pick)
+        density = 0.5 + dr.select(pick >= RAREST, 0.5 / (spread * dr.maximum(pick, RAREST)), 0.0)
+        return dr.minimum(pick, 1.0 - 1e-6), mi.Float(dr.rcp(density))
 
     def _see_place(self, si: Any, rows: tuple[Any, Any], single: Any, is_first: Any) -> None:
         """Where and what the surface is."""
@@ -181,7 +204,8 @@ class DataPasses(Accumulator):
         for name, parts in self._subjects.outputs.items():
             for row, textures in parts:
                 mine = single & (material == row)
-                self._add(name, tuple(texture.eval_1(si, mine) for texture in textures), mine)
+                values = tuple(texture.eval_1(si, mine) for texture in textures)
+                self._add(name, (*values, self._mi.Float(1.0)), mine)
 
     def _see_mist(self, si: Any, seen: Any, weight: Any) -> None:
         """How clear the surface is in the mist."""
@@ -193,7 +217,9 @@ class DataPasses(Accumulator):
         scale = self._number(1.0 / self._unit)
         from_eye = si.p - origin
         if self.frame.camera.kind == "orthographic":
-            away = dr.abs(dr.dot(from_eye, self._mi.Vector3f(*(self._number(part) for part in self.frame.back)))) * scale
+            away = (
+                dr.abs(dr.dot(from_eye, self._mi.Vector3f(*(self._number(part) for part in self.frame.back)))) * scale
+            )
         else:
             away = dr.norm(from_eye) * scale
         share = dr.clip((away - self._number(mist.start)) / self._number(max(mist.depth, 1e-9)), 0.0, 1.0)
@@ -247,11 +273,12 @@ class DataPasses(Accumulator):
         """Means, in the scene's units and in linear sRGB, by name."""
         found: dict[str, NDArray[Any]] = {}
         for name, start in self._rows.items():
-            part = sums[:, start : start + DATA_PASSES.get(name, 3)]
+            part = sums[:, start : start + DATA_PASSES.get(name, AOV_CHANNELS)]
             found[name] = part if name in _OF_FIRST_SAMPLE else part / samples
+        drawn = sums[:, self._drawn : self._drawn + 1] / samples
         for lobe in self._colors:
-            if self._plan is not None:
-                found[f"{lobe} Color"] = found[f"{lobe} Color"] @ RGB_FROM_XYZ.T
+            color = found[f"{lobe} Color"] / np.maximum(drawn, 1e-9)
+            found[f"{lobe} Color"] = color if self._plan is None else color @ RGB_FROM_XYZ.T
         for name in ("Depth", "Denoising Depth", "Position"):
             if name in found:
                 found[name] = found[name] / self._unit

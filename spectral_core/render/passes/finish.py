@@ -72,8 +72,6 @@ def _made(
     for name, kind in wanted.aovs:
         if kind == "VALUE":
             found[name] = found[name][..., :1]
-        else:
-            found[name] = np.concatenate([found[name], np.ones_like(found[name][..., :1])], axis=2)
     kept = [name for name in found if name not in DATA_PASSES or name in wanted.names]
     return {name: np.ascontiguousarray(found[name], np.float32) for name in kept}, tuple(notes)
 

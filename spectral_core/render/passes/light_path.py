@@ -151,8 +151,7 @@ def light_pass_class(variant: str) -> Any:
             diffuse, glossy = drawn_parts(mi, dr, si, bsdf, bs, first & ~even)
             diffuse, glossy = dr.select(even, mi.Spectrum(1.0), diffuse), dr.select(even, 0.0, glossy)
             self.parts = tuple(
-                mi.Spectrum(dr.select(first, new, old))
-                for new, old in zip((diffuse, glossy), self.parts, strict=True)
+                mi.Spectrum(dr.select(first, new, old)) for new, old in zip((diffuse, glossy), self.parts, strict=True)
             )
             super().count(path, bs, scatters)
 
