@@ -35,13 +35,14 @@ def translate_scene(
     seen_from: Camera | None = None,
     shows: Callable[[Any], bool] = everything,
     kept: Kept | None = None,
+    is_moving: bool = False,
 ) -> Scene:
     """Scene of an evaluated depsgraph, whole and independent of Blender.
 
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
     settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
-    ``kept``: meshes and images of the translation before. Raises InvalidInputError where nothing can be rendered at all
-    (no camera, an empty border).
+    ``kept``: meshes and images of the translation before; ``is_moving``: motion is added later. Raises
+    InvalidInputError where nothing can be rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     source = depsgraph.scene_eval
@@ -51,8 +52,10 @@ def translate_scene(
         translation.images = kept.images
     chosen = camera if camera is not None else source.camera
     viewed = seen_from or translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
-    if source.render.use_motion_blur:
-        translation.note(source.name, "motion blur is not simulated; each frame stands still")
+    if source.render.use_motion_blur and not is_moving:
+        translation.note(
+            source.name, "motion blur is in renders of F12 and spectral-scene; here the frame stands still"
+        )
     for item in (source.render, getattr(source, "cycles", None)):
         note_changed(translation, source.name, item)
     layer = depsgraph.view_layer
