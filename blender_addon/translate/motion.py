@@ -30,7 +30,7 @@ SHIFTS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}
 def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[int, float], None]) -> Scene:
     """The scene with its moments, where the render settings ask for motion blur and anything moves.
 
-    ``camera``: an object in place of the scene's; ``frame_set``: moves ``depsgraph`` to a frame and a share of the next.
+    ``camera``: in place of the scene's; ``frame_set``: moves ``depsgraph`` to a frame and a share of the next one.
     Lamps, materials and surroundings stand still, as in Cycles.
     """
     source = depsgraph.scene_eval
