@@ -110,7 +110,7 @@ def render_scene(
         ) -> RenderResult:
             return _render_instant(still, show, stop, Measure(bands, groups, sampling_lights), plan)
 
-        return render_moving(scene, instant, on_progress, should_stop)  # type: ignore[no-any-return]
+        return render_moving(scene, instant, on_progress, should_stop)
     return _render_instant(scene, on_progress, should_stop, Measure(bands, groups, sampling_lights))
 
 

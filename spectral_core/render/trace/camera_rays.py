@@ -115,10 +115,10 @@ def _panoramic(
         size = m.maximum(m.sqrt(sum(part * part for part in depth)), 1e-9)
         first = tuple(part / size for part in depth)
         second = _cross(toward, first)
-        start = tuple(radius * (lens[0] * a + lens[1] * b) for a, b in zip(first, second, strict=True))  # type: ignore[assignment]
+        start = tuple(radius * (lens[0] * a + lens[1] * b) for a, b in zip(first, second, strict=True))
         aim = tuple(focus * part - offset for part, offset in zip(toward, start, strict=True))
         length = m.sqrt(sum(part * part for part in aim))
-        toward = tuple(part / length for part in aim)  # type: ignore[assignment]
+        toward = tuple(part / length for part in aim)
     begin = tuple(offset + near * part for offset, part in zip(start, toward, strict=True))
     origin = [part + number(frame.origin[i]) for i, part in enumerate(_in_world(frame, begin, number))]
     length = m.where(is_seen, 0.0 * toward[0] + number(camera.far - camera.near), 0.0)

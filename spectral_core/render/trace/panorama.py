@@ -25,7 +25,7 @@ def direction_of(panorama: Panorama, picture: Any, m: Any, number: Callable[[flo
     numbers = [number(value) for value in panorama.numbers]
     direction, is_seen = _KINDS[panorama.kind](numbers, picture[0], picture[1], m)
     size = m.sqrt(sum(part * part for part in direction))
-    return tuple(part / size for part in direction), is_seen  # type: ignore[return-value]
+    return tuple(part / size for part in direction), is_seen
 
 
 def _sphere(longitude: Any, latitude: Any, m: Any) -> Direction:
