@@ -16,8 +16,8 @@ from spectral_core.render import Progress, RenderResult
 from spectral_core.scene import Note, Scene
 
 from . import jobs
+from .translate.camera.motion import with_motion
 from .translate.frames import rigid
-from .translate.motion import with_motion
 from .translate.passes import pass_notes
 from .translate.scene import translate_scene
 from .translate.viewport.look import look_of, preview_scene

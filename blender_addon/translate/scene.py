@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from spectral_core.scene import Camera, Film, LightPaths, Material, Scene
+from spectral_core.scene import Camera, Film, LightPaths, Scene
 
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
@@ -19,12 +19,9 @@ from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
 from .viewport.kept import Kept
-from .visibility import cycles_settings
 
 USUAL_CLAMP = 10.0
 """Blender's own clamp on indirect light, which takes fireflies only."""
-MANY_VOLUME_BOUNCES = 16
-"""Bounces inside media beyond which a limit is hardly seen."""
 
 
 def translate_scene(
@@ -62,7 +59,6 @@ def translate_scene(
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
     found = collect(translation, shows, kept)
-    _note_media(translation, found.materials)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
     surroundings, suns = translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed)
@@ -79,17 +75,6 @@ def translate_scene(
     )
     note_approximations(translation, scene)
     return replace(scene, notes=translation.notes)
-
-
-def _note_media(translation: Translation, materials: tuple[Material, ...]) -> None:
-    """Cycles' count of bounces inside media is one of its own; here they count with all others."""
-    limit = cycles_settings(translation.scene, "volume_bounces", MANY_VOLUME_BOUNCES)
-    for material in materials:
-        if material.medium is not None and limit < MANY_VOLUME_BOUNCES:
-            translation.note(
-                material.name,
-                f"light scatters in its volume as often as it likes here, although the scene allows {limit} bounces",
-            )
 
 
 def _note_limits(translation: Translation, limits: LightPaths) -> None:

@@ -14,7 +14,7 @@ def moments(build):
     """The scene's moments, by the evaluated depsgraph; the frame must be what it was."""
 
     def run():
-        from blender_addon.translate.motion import with_motion
+        from blender_addon.translate.camera.motion import with_motion
         from blender_addon.translate.scene import translate_scene
 
         scene = bpy.context.scene
@@ -103,7 +103,7 @@ def test_a_mesh_that_changes_its_shape(build, moments):
 
 
 def test_a_shutter_curve_weighs_the_time(build, moments):
-    from blender_addon.translate.motion import instants
+    from blender_addon.translate.camera.motion import instants
 
     curve = bpy.context.scene.render.motion_blur_shutter_curve
     for point, height in zip(curve.curves[0].points, (1.0, 1.0), strict=False):

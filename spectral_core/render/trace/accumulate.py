@@ -181,7 +181,7 @@ class Accumulator:
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
-        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
         if has_volumes:
             passed, behind = passed * extra[0], behind * extra[0]
         finite = dr.all(dr.isfinite(radiance)) | ~seen

@@ -54,17 +54,19 @@ def scene_path_class(variant: str) -> Any:
             # opaque: kernels read the numbers, so that another limit compiles nothing
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
-            self.transmission = count(limits.transmission)
+            self.transmission, self.volume = count(limits.transmission), count(limits.volume)
             self.met: Any = None
             """What the ray brought, by what it came from."""
             self.asked: Any = None
             """Number of the light that the last surface asked."""
+            self.fog: Any = None
+            """Whether the path scatters in a medium now, and the medium."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
-            state = PathState(ray, active)
+            state = self.begin(ray, active)
             state, _ = dr.while_loop(
                 (state, sampler),
                 lambda state, _: state.active,
@@ -72,8 +74,15 @@ def scene_path_class(variant: str) -> Any:
                 labels=("path", "sampler"),
             )
             # they are of inside the loop; a recorded launch reads every member of the integrator after it
-            self.met = self.asked = None
+            self.met = self.asked = self.fog = None
             return state.light, state.seen, []
+
+        def begin(self, ray: Any, active: Any) -> Any:
+            """A path at the camera."""
+            state = PathState(ray, active)
+            if self.tables.media is not None:
+                state.medium, state.outer = mi.UInt32(self.tables.media.camera), mi.UInt32(self.tables.media.around)
+            return state
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: what it brings, what is sampled there, and how the path goes on."""
@@ -85,15 +94,19 @@ def scene_path_class(variant: str) -> Any:
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
             unseen &= ~leaves
-            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves)
+            floats, place = mi.Bool(False), si
+            if self.tables.media is not None:
+                floats, place = self.fly(si, path, sampler, path.active & ~leaves)
+                unseen &= ~floats
+            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
 
-            hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
-            path.seen |= hit
+            hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
+            path.seen |= hit | floats
             bsdf = si.bsdf()
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
-            direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
+            direct = self.direct(scene, sampler, (place, bsdf, shape), path, (hit | floats) & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
@@ -108,15 +121,24 @@ def scene_path_class(variant: str) -> Any:
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             scatters = hit & ~straight & ~path.last & ~dives & drawn_well
             onward = unseen | (hit & straight) | scatters
+            border = mi.Bool(False)
+            if self.tables.media is not None:
+                ways = path.ray.d, dr.select(scatters, outward, path.ray.d)
+                path.medium, path.outer = self.tables.media.crossed(
+                    (path.medium, path.outer), shape, si, ways, onward & si.is_valid()
+                )
+                border = self.tables.media.is_border(shape, hit)
             path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
-            path.passed = dr.select(hit & straight, path.passed + 1, path.passed)
+            path.passed = dr.select(hit & straight & ~border, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
 
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            if self.tables.media is not None:
+                onward |= self.scatter(place, path, (pick, direction), floats)
             path.leaves &= unseen
             if self.tables.subsurface:
                 below, factor, surfaces, sampler = walk(
@@ -137,6 +159,40 @@ def scene_path_class(variant: str) -> Any:
             path.throughput = dr.select(gamble & ~dies, spared, path.throughput)
             path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= self.layers + 1)
             return path, sampler
+
+        def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+            """Through a medium to the next surface: whether the path scatters before it, and the place to ask lights
+            from.
+            """
+            reach = dr.select(si.is_valid(), si.t, dr.inf)
+            flight = self.tables.media.fly(path, reach, sampler, active)
+            path.light += self.clamped(dr.select(active, path.throughput * flight.glow, 0.0), path.depth > 1)
+            path.throughput *= dr.select(active, flight.weight, 1.0)
+            place = mi.SurfaceInteraction3f(si)
+            place.p = dr.select(flight.scatters, path.ray.o + path.ray.d * flight.distance, si.p)
+            place.n = dr.select(flight.scatters, mi.Normal3f(0.0), si.n)
+            place.t = dr.select(flight.scatters, flight.distance, si.t)
+            self.fog = flight.scatters, path.medium
+            return flight.scatters, place
+
+        def scatter(self, place: Any, path: Any, draws: tuple[Any, Any], floats: Any) -> Any:
+            """Turn the paths that scatter in a medium; which of them go on."""
+            turns = floats & ~path.last
+            way, density, factor = self.tables.media.turned(path.medium, path.ray.d, draws, turns)
+            path.throughput = dr.select(turns, path.throughput * factor, path.throughput)
+            path.depth = dr.select(turns, path.depth + 1, path.depth)
+            path.volume = dr.select(turns, path.volume + 1, path.volume)
+            path.last |= turns & ((path.volume > self.volume) | (path.depth > self.bounces))
+            path.kind = dr.select(turns, int(Rays.VOLUME), path.kind)
+            path.before = dr.select(turns, mi.Interaction3f(place), path.before)
+            path.before_pdf = dr.select(turns, density, path.before_pdf)
+            path.before_delta &= ~turns
+            path.before_both |= turns
+            path.before_shape = dr.select(turns, 0, path.before_shape)
+            onward = mi.Ray3f(path.ray)
+            onward.o, onward.d, onward.maxt = place.p, way, dr.largest(mi.Float)
+            path.ray = dr.select(turns, onward, path.ray)
+            return turns
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
             """Count a bounce by its kind, as Cycles does, and see whether it was the last."""
@@ -201,17 +257,26 @@ def scene_path_class(variant: str) -> Any:
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
             si, bsdf, shape = hit
-            wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves)
+            floats, medium = (mi.Bool(False), mi.UInt32(0)) if self.fog is None else self.fog
+            wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
+            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves | floats)
             drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
-            wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
+            kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo))
+            wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            wanted &= kept | path.leaves
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~path.leaves)
+            wanted &= kept | path.leaves | floats
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~path.leaves & ~floats)
+            media = mi.UInt32(0), mi.UInt32(0)
+            if self.tables.media is not None:
+                cosine = dr.dot(path.ray.d, drawn.direction)
+                phase, density = self.tables.media.phase(medium, cosine, wanted & floats)
+                value, pdf = dr.select(floats, mi.Spectrum(phase), value), dr.select(floats, density, pdf)
+                ways = path.ray.d, drawn.direction
+                media = self.tables.media.crossed((path.medium, path.outer), shape, si, ways, wanted & ~floats)
             if self.tables.subsurface:
                 out = cosine_out(mi, dr, si, drawn.direction) / dr.pi
                 value, pdf = dr.select(path.leaves, mi.Spectrum(out), value), dr.select(path.leaves, out, pdf)
@@ -223,7 +288,7 @@ def scene_path_class(variant: str) -> Any:
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = si.spawn_ray_to(drawn.point)
             marks = shadow_marks(mi, si.dn_dv)
-            clear = self.clear_way(scene, ray, (drawn.number, path.passed, marks), wanted & ~shadowless)
+            clear = self.clear_way(scene, (ray, media), (drawn.number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def seen_side(self, si: Any, direction: Any) -> Any:
@@ -241,11 +306,15 @@ def scene_path_class(variant: str) -> Any:
             own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
             return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
-        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
-            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks)."""
-            if not (self.settings.transparency or self.tables.blocks_selectively):
+        def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks).
+
+            ``way``: the ray there, and the medium that it begins in with the one around that.
+            """
+            ray, media = way
+            if not (self.settings.transparency or self.tables.blocks_selectively or self.tables.media is not None):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
-            return path_limits.shone_through(self.tables, self.layers, (scene, ray), light, mi.Bool(active))
+            return path_limits.shone_through(self.tables, self.layers, (scene, ray, media), light, mi.Bool(active))
 
         def is_hole(self, shape: Any, kind: Any) -> Any:
             """Whether a ray of the camera meets a holdout, which shows nothing."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from spectral_core.scene import Camera, Instance, Mesh, Moment, Note, Scene
 from spectral_core.scene.motion import same_camera, same_mesh
 
-from .camera import translate_camera
-from .context import Translation
-from .objects import Collected, collect
-from .visibility import cycles_settings
+from ..context import Translation
+from ..objects import Collected, collect
+from ..visibility import cycles_settings
+from . import translate_camera
 
 FEWEST, MOST = 8, 32
 """Instants of a picture in which anything moves."""

@@ -10,11 +10,11 @@ import numpy as np
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Aperture, Camera, Film
 
-from .context import Translation
-from .frames import rigid
-from .ledger import note_changed
+from ..context import Translation
+from ..frames import rigid
+from ..ledger import note_changed
+from ..visibility import cycles_settings
 from .panorama import MIDDLE_VIEW_RAD, panorama_of
-from .visibility import cycles_settings
 
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
 MILLIMETRE = 1e-3
