@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
-from spectral_core.palette.texture.loss import texel_delta_e, picture_losses
+from spectral_core.palette.texture.loss import picture_losses, texel_delta_e
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, stimulus_matrix
 from spectral_core.palette.texture.texture import Picture, SpectralTexture, TextureDesign
 from spectral_core.palette.texture.uplift import Pin, Uplift, design_uplift, nearest_weights

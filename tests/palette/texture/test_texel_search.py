@@ -35,9 +35,7 @@ def missed(matrix: np.ndarray, weights: np.ndarray, wanted: np.ndarray) -> np.nd
 
 
 @pytest.mark.parametrize(("lamp", "spectra", "excess"), [("HP1", 6, 0.05), ("HP1", 8, 0.15), ("FL11", 6, 0.05)])
-def test_colors_far_out_of_reach_are_as_near_as_a_bounded_search_finds(
-    lamp: str, spectra: int, excess: float
-) -> None:
+def test_colors_far_out_of_reach_are_as_near_as_a_bounded_search_finds(lamp: str, spectra: int, excess: float) -> None:
     matrix = stimulus_matrix([illuminant("D65"), illuminant(lamp)])
     matrix = matrix @ design_basis(matrix, spectra, floor=0.1, iterations=4).spectra.T
     wanted = colors(120)
