@@ -81,9 +81,10 @@ def run(options: Options) -> dict[str, Any]:
     basis = design_basis(matrix, 6, **few)
     basis_seconds = time.process_time() - started
     print(
-        f"lights: {light_seconds:.1f} s of processor time ({designed.seconds:.1f} s), white ΔE2000 {max(designed.white_delta_e):.4f}, slope {designed.slope:.3f} "
-        f"(starts {', '.join(f'{slope:.3f}' for slope in designed.starts)}); basis of 6: {basis_seconds:.1f} s of "
-        f"processor time, slope {basis.slope:.3f}"
+        f"lights: {light_seconds:.1f} s of processor time ({designed.seconds:.1f} s), white ΔE2000 "
+        f"{max(designed.white_delta_e):.4f}, slope {designed.slope:.3f} (starts "
+        f"{', '.join(f'{slope:.3f}' for slope in designed.starts)}); basis of 6: {basis_seconds:.1f} s of processor "
+        f"time, slope {basis.slope:.3f}"
     )
     pairs = _every_pair(matrix @ basis.spectra.T, 2000 if options.quick else 20_000)
     pictures = photographs(options.extra, 256 if options.quick else 512)

@@ -39,8 +39,8 @@ STARTING_PEAKS_NM = (
 )
 """Interleaved peaks of the two lights: both triangles of primaries surround most of the display's colors."""
 MOST_ITERATIONS = 40
-"""Of each start. A climb ends by itself after 10 to 25; counting them, rather than seconds, makes the answer the same on
-a busy machine."""
+"""Of each start. A climb ends by itself after 10 to 25. They are counted, rather than seconds, so that a busy machine
+finds the same."""
 SMALLEST_STEP = 2e-3
 """Trust radius, as a share of the strongest primary, below which the climb has ended."""
 
