@@ -129,7 +129,7 @@ def test_absorption_inside_of_another_medium_gives_way_to_it():
 @pytest.mark.parametrize("lobes", [((1.0, 0.5, 3.0),), ((0.7, 0.9, 0.0), (0.3, -0.2, 2.0))])
 def test_phase_functions_keep_all_light(lobes):
     cloud = ScatteringMedium(density=2.0, color=gray(1.0), lobes=lobes)
-    assert render_scene(_in_white_world(cloud)).pixels[..., :3].mean() == pytest.approx(1.0, abs=0.01)
+    assert render_scene(_in_white_world(cloud)).pixels[..., :3].mean() == pytest.approx(1.0, abs=0.02)
 
 
 def _prism(transport=None, dispersive=True):

@@ -44,9 +44,9 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
     suns: tuple[SunLight, ...] = ()
-    output = surface_output(tree, "OUTPUT_WORLD")
+    output, medium = surface_output(tree, "OUTPUT_WORLD"), None
     if output is not None:
-        own["medium"] = medium_of(Reader(translation, world.name), output)
+        medium = medium_of(Reader(translation, world.name), output)
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
     elif needs_directions(output):
@@ -58,7 +58,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if spectrum is not None:
         lights = sees = Term(spectrum, lights.strength * spectra.strength_of(world))
         suns = ()
-    made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, **own)
+    made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium, **own)
     if sees == lights or Rays.CAMERA & own["hidden_from"]:
         return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)

@@ -24,6 +24,7 @@ from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.trace.media import FARTHEST, ONLY_BORDER
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
+from spectral_core.scene.geometry import box_of, corners_of
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
@@ -213,18 +214,20 @@ def size_note(radius: float) -> tuple[Note, ...]:
 
 def scene_radius(scene: Scene) -> float:
     """Radius of the sphere around everything that is placed, the camera among it."""
-    return bounding_sphere(scene, {mesh.name: [mesh.positions] for mesh in scene.meshes if len(mesh.positions)})[1]
+    return bounding_sphere(scene)[1]
 
 
 def bounding_sphere(
-    scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]]
+    scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]] | None = None
 ) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh (its positions by name), every volume and the camera."""
+    """Center and radius around every placed mesh (its positions by name, by default all), volume and the camera."""
+    if positions is None:
+        boxes = {mesh.name: [box_of(mesh)] for mesh in scene.meshes if len(mesh.positions)}
+    else:
+        boxes = {name: [corners_of(part) for part in parts] for name, parts in positions.items()}
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
-        for part in positions.get(instance.mesh, ()):
-            low, high = part.min(axis=0), part.max(axis=0)
-            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
+        for corners in boxes.get(instance.mesh, ()):
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
     for volume in scene.volumes:
         corners = np.array(np.meshgrid(*((-0.5, n - 0.5) for n in volume.data.shape))).reshape(3, 8).T

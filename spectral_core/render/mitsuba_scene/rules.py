@@ -48,6 +48,8 @@ class RayRules:
     """By shape the number of the medium that it holds, and whether it is nothing but its border."""
     around: tuple[int, int] = (0, 0)
     """Numbers of the media of all space and at the camera."""
+    reradiation: Any | None = None
+    """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
 
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
         """Rules of one placed object, which may be several shapes."""
@@ -80,6 +82,8 @@ class Tables:
         self.media = None
         if rules.media:
             self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
+        self.reradiation = rules.reradiation
+        self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:

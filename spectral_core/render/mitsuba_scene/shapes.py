@@ -57,7 +57,7 @@ class Shapes:
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
                 children, glow = self._children(instance, index, placed)
-                shape = geometry.mesh_shape(self.context, placed, children)
+                shape = self._mesh_shape(instance, index, placed, children)
                 self.context.tables.place(shape, instance)
                 self._remember_medium(instance, index, shape)
                 if glow is not None:
@@ -81,20 +81,28 @@ class Shapes:
             return False
         if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
             return False
-        worn = [self._material(instance, index) for index in self.parts[instance.mesh]]
-        return all(m.medium is None and surface.is_dark(m.surface) for m in worn)
+        materials = [self._material(instance, index) for index in self.parts[instance.mesh]]
+        return all(m.medium is None and surface.is_dark(m.surface) for m in materials)
 
     def _group(self, instance: Instance) -> Any:
         key = (instance.mesh, instance.materials)
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part)[0])
+                shape = self._mesh_shape(instance, index, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
             named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
             self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
+
+    def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
+        """Mitsuba mesh of a part, known to the tables of what it wears."""
+        shape = geometry.mesh_shape(self.context, part, children)
+        dyed = self.context.dyed.get(self._material(instance, index).name)
+        if dyed is not None:
+            dyed.shapes.append(shape)
+        return shape
 
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:

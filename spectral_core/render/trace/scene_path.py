@@ -106,18 +106,20 @@ def scene_path_class(variant: str) -> Any:
             bsdf = si.bsdf()
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
-            direct = self.direct(scene, sampler, (place, bsdf, shape), path, (hit | floats) & ~path.last)
+            matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
+            lit = (place, bsdf, shape, (matt, along))
+            direct = self.direct(scene, sampler, lit, path, (hit | floats) & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
-            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~leaves)
-            dives = hit & ~leaves & ~path.last & ((bs.sampled_type & DIVES) != 0)
+            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
+            dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
             outward = si.to_world(bs.wo)
             drawn_well = self.leaves_as_drawn(si, bs, outward)
-            if self.tables.subsurface:
-                left, through = leaving(mi, dr, si, direction)
-                bs, weight = dr.select(leaves, left, bs), dr.select(leaves, mi.Spectrum(1.0), weight)
-                outward, drawn_well = dr.select(leaves, through, outward), drawn_well | leaves
+            if self.tables.has_even_lobes:
+                left, through = leaving(mi, dr, si, along, direction)
+                bs, weight = dr.select(matt, left, bs), dr.select(matt, mi.Spectrum(1.0), weight)
+                outward, drawn_well = dr.select(matt, through, outward), drawn_well | matt
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             scatters = hit & ~straight & ~path.last & ~dives & drawn_well
             onward = unseen | (hit & straight) | scatters
@@ -137,8 +139,10 @@ def scene_path_class(variant: str) -> Any:
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            bounces = scatters
             if self.tables.media is not None:
-                onward |= self.scatter(place, path, (pick, direction), floats)
+                turns = self.scatter(place, path, (pick, direction), floats)
+                onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
                 below, factor, surfaces, sampler = walk(
@@ -153,7 +157,7 @@ def scene_path_class(variant: str) -> Any:
             # Russian roulette by the light that a path can still bring, freed of what refraction spread it by
             strongest = dr.max(path.throughput)
             survival = dr.minimum(strongest * dr.square(path.eta), 0.95)
-            gamble = scatters & (path.depth >= ROULETTE_BOUNCES)
+            gamble = bounces & (path.depth >= ROULETTE_BOUNCES)
             dies = gamble & (sampler.next_1d() >= survival)
             spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
             path.throughput = dr.select(gamble & ~dies, spared, path.throughput)
@@ -251,12 +255,26 @@ def scene_path_class(variant: str) -> Any:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
-        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
-            """Light of one emitter drawn for a hit (interaction, BSDF, number), through what it shines through."""
+        def even_lobe(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+            """Where light leaves evenly whatever the BSDF is, and a direction on the side that it leaves on.
+
+            So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at
+            the wavelengths that excite the dye.
+            """
+            toward = mi.Vector3f(si.dn_du)
+            if self.tables.reradiation is None:
+                return path.leaves, -toward
+            others, factor, shifted = self.tables.reradiation.shift(si, sampler, active & ~path.leaves)
+            si.wavelengths = others
+            path.throughput *= factor
+            return path.leaves | shifted, dr.select(shifted, toward, -toward)
+
+        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
+            """Light of one emitter drawn for a hit (interaction, BSDF, number, even lobe), through what is clear."""
             self.asked = mi.UInt32(0)
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
-            si, bsdf, shape = hit
+            si, bsdf, shape, (matt, along) = hit
             floats, medium = (mi.Bool(False), mi.UInt32(0)) if self.fog is None else self.fog
             wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
             to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves | floats)
@@ -268,8 +286,8 @@ def scene_path_class(variant: str) -> Any:
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            wanted &= kept | path.leaves | floats
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~path.leaves & ~floats)
+            wanted &= kept | matt | floats
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt & ~floats)
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:
                 cosine = dr.dot(path.ray.d, drawn.direction)
@@ -277,9 +295,9 @@ def scene_path_class(variant: str) -> Any:
                 value, pdf = dr.select(floats, mi.Spectrum(phase), value), dr.select(floats, density, pdf)
                 ways = path.ray.d, drawn.direction
                 media = self.tables.media.crossed((path.medium, path.outer), shape, si, ways, wanted & ~floats)
-            if self.tables.subsurface:
-                out = cosine_out(mi, dr, si, drawn.direction) / dr.pi
-                value, pdf = dr.select(path.leaves, mi.Spectrum(out), value), dr.select(path.leaves, out, pdf)
+            if self.tables.has_even_lobes:
+                out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
+                value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
             share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
