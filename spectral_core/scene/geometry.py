@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import weakref
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -144,7 +144,7 @@ class VolumeObject:
     ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
     ``transfer``: a ``spectral_core.volume`` transfer function (not named here: scene stands below that room).
     ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines them.
-    ``options``: ``{"lighting": "even" | "scene" | "shadows"}``, see ``spectral_core.render.volumes``.
+    ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``.
     """
 
     name: str
@@ -153,7 +153,7 @@ class VolumeObject:
     transfer: Any
     rule: str = "auto"
     quality: float = 50.0
-    options: dict[str, Any] = field(default_factory=dict)
+    lighting: str = "scene"
 
     def __post_init__(self) -> None:
         if np.ndim(self.data) != 3:

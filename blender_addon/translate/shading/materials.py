@@ -14,6 +14,7 @@ from .. import spectra
 from ..context import Translation
 from . import media
 from .coordinate_nodes import raised_normal
+from .dyes import with_dyes
 from .material_spectrum import covers_texture, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
@@ -76,4 +77,6 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
                 "see the texture",
             )  # fmt: skip
         surface = with_spectrum(surface, spectrum)
+    if surface is not None:
+        surface = with_dyes(translation, surface, material, spectrum)
     return TranslatedMaterial(Material(name, surface, medium), mesh_inputs_of(surface))

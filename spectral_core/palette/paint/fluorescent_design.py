@@ -2,8 +2,9 @@
 """Palettes with fluorescent materials: reflectance and amounts of dye, and lights, designed in turn.
 
 The cells are those of a ``PaletteProblem``; dyes are given per reflectance. Unknowns of a fluorescent material are its
-reflectance S, the amounts a of its dyes and, at every wavelength, the energy s that it does not return, with
-S + Σ a_k ex_k + s = 1 and all of them at least 0: the energy bound as equalities, which every engine knows.
+reflectance S, the amounts a of its dyes and, at every wavelength, the share s of light that it does not return, with
+S + Σ a_k q_k + s = 1 (``share_per_amount``) and all of them at least 0: the bound as equalities, which every engine
+knows.
 """
 
 from __future__ import annotations
@@ -21,11 +22,9 @@ from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import COLOR_NORM
 from spectral_core.palette.cell_errors import cell_errors
 from spectral_core.palette.paint.fluorescence import (
-    FluorescentDye,
     FluorescentSurface,
     color_from_light,
     color_from_surface,
-    energy_per_amount,
 )
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import Block
@@ -33,6 +32,7 @@ from spectral_core.palette.qp.engine import Engine
 from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
+from spectral_core.spectra.fluorescence import FluorescentDye, share_per_amount
 from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
@@ -67,9 +67,9 @@ class FluorescentSolution:
         return self.check.passed and self.exact_error <= EXACT_LIMIT
 
     @property
-    def largest_returned_energy(self) -> float:
-        """Largest share of light that any surface returns at any knot: at most 1, but for rounding."""
-        return max(float(surface.returned_energy().max()) for surface in self.surfaces)
+    def largest_returned_share(self) -> float:
+        """Largest share of photons or power that any surface returns at any knot: at most 1, but for rounding."""
+        return max(float(surface.returned_share().max()) for surface in self.surfaces)
 
 
 def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolution:
@@ -206,7 +206,9 @@ class _Design:
         energy = np.zeros((0, size))
         if count:
             upper[n + count :] = 1.0
-            energy = np.concatenate([np.eye(n), energy_per_amount(self.dyes[item], grid), np.eye(n)], axis=1)
+            energy = np.concatenate(
+                [np.eye(n), share_per_amount(self.dyes[item], grid.wavelengths_nm), np.eye(n)], axis=1
+            )
         return Block(
             np.concatenate([*(np.pad(m, ((0, 0), (0, size - m.shape[1]))) for m, *_ in rows), energy]),
             np.concatenate([*(target for _, target, _, _ in rows), np.ones(len(energy))]),

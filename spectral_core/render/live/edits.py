@@ -17,6 +17,7 @@ from spectral_core.render.live.transplant import transplant
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.light import LightObject
+from spectral_core.render.plan.inventory import dyed
 from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
 
 LEAST_VOLUME = 1e-6
@@ -48,8 +49,8 @@ class Edit:
 
     def material(self, old: Material, new: Material) -> bool:
         """Another number of a material."""
-        if not equal(old.medium, new.medium):
-            return False
+        if not equal(old.medium, new.medium) or dyed(old) or dyed(new):
+            return False  # what dyes send out stands in tables of the whole scene
         if old.name not in self._parts.shapes.bsdfs:  # assigned to nothing that is rendered
             return True
         context, kept = self._parts.context, self._made()

@@ -14,6 +14,7 @@ from spectral_core.render.plugins.paints.programs import LoadedProgram, RowsOfPr
 from spectral_core.render.plugins.paints.rows import Rows, row_classes
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.paints.upsampling import Upsampling
+from spectral_core.render.trace.reradiation import Dyed
 from spectral_core.scene import Note, Program
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -43,6 +44,8 @@ class Context:
     """Whether the paths that are taken know how to walk below surfaces."""
     has_subsurface: bool = False
     """Whether any surface was made that they must walk below."""
+    dyed: dict[str, Dyed] = field(default_factory=dict)
+    """By material what is fluorescent of it, in spectral transport."""
 
     @cached_property
     def tables(self) -> SceneTables:

@@ -41,6 +41,8 @@ class RayRules:
     camera_world: Any | None = None
     subsurface: bool = False
     """Whether light walks below some surface."""
+    reradiation: Any | None = None
+    """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
 
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
         """Rules of one placed object, which may be several shapes."""
@@ -70,6 +72,8 @@ class Tables:
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
+        self.reradiation = rules.reradiation
+        self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:

@@ -53,7 +53,7 @@ class Shapes:
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
                 children, glow = self._children(instance, index, placed)
-                shape = geometry.mesh_shape(self.context, placed, children)
+                shape = self._mesh_shape(instance, index, placed, children)
                 self.context.tables.place(shape, instance)
                 if glow is not None:
                     add_glow(self.context, placed, shape, glow)
@@ -89,12 +89,20 @@ class Shapes:
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part)[0])
+                shape = self._mesh_shape(instance, index, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
             named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
             self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
+
+    def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
+        """Mitsuba mesh of a part, known to the tables of what it wears."""
+        shape = geometry.mesh_shape(self.context, part, children)
+        dyed = self.context.dyed.get(self._material(instance, index).name)
+        if dyed is not None:
+            dyed.shapes.append(shape)
+        return shape
 
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:

@@ -14,11 +14,13 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
 from spectral_core.render.mitsuba_scene.glow import emission, is_dark, weight_texture
 from spectral_core.render.mitsuba_scene.leaf_rows import grouped
 from spectral_core.scene import (
     Color,
     Diffuse,
+    Fluorescent,
     Glass,
     Glossy,
     Metal,
@@ -79,6 +81,8 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
 def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
     if isinstance(closure, Diffuse):
         yield weight, _diffuse(context, closure, subject)
+    elif isinstance(closure, Fluorescent):
+        yield from fluorescent_lobes(context, closure, weight, subject)
     elif isinstance(closure, Glossy):
         yield weight, _glossy(context, closure, subject)
     elif isinstance(closure, Metal):
