@@ -70,8 +70,9 @@ class Translation:
             yield heard
         finally:
             heard.notes, heard.reads_elsewhere = self.notes, self.reads_elsewhere
-            self._notes, self.reads_elsewhere = notes | {k: v for k, v in self._notes.items() if k not in notes}, (
-                elsewhere or self.reads_elsewhere
+            self._notes, self.reads_elsewhere = (
+                notes | {k: v for k, v in self._notes.items() if k not in notes},
+                (elsewhere or self.reads_elsewhere),
             )
 
     @property

@@ -156,7 +156,7 @@ def gather(obj, rng):
 
 def rename(_rng_item, rng):
     item = one_of(rng, [*bpy.data.objects, *bpy.data.meshes, *bpy.data.materials, *bpy.data.lights])
-    item.name = f"{str(rng.choice(['Thing', 'Other', 'Cube']))}"
+    item.name = str(rng.choice(["Thing", "Other", "Cube"]))
 
 
 def visibility(obj, rng):
