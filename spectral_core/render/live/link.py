@@ -179,7 +179,7 @@ class LiveLink:
             self._outbox.put(message)
 
     def _send(self, worker: Worker, outbox: queue.SimpleQueue[Any]) -> None:
-        """Send what is posted, on a thread: a process that is compiling reads nothing, and the session must not wait."""
+        """Send what is posted, on a thread: a process that compiles reads nothing, and the session must not wait."""
         while (message := outbox.get()) is not None:
             with contextlib.suppress(RenderError, ValueError):  # the thread that reads hears of it, too
                 worker.post(message)
