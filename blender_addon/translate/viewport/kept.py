@@ -98,7 +98,7 @@ def kept_or_made(
     if found is not None and found.state == state:
         for note in found.notes:
             translation.note(note.subject, note.message)
-        return found.value  # type: ignore[no-any-return]
+        return found.value
     with translation.listening() as heard:
         value = make()
     kept.parts.pop(key, None)
