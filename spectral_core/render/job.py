@@ -16,8 +16,9 @@ from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
 from spectral_core.render.mitsuba_scene.fluorescent import IN_MEDIA, emission_spectra, reradiation
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
+from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
+from spectral_core.render.mitsuba_scene.traced_spectra import light_spectra, reflectance_spectra
 from spectral_core.render.mitsuba_scene.units import in_working_units
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
@@ -31,7 +32,7 @@ from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import volume_integrator
-from spectral_core.scene import Color, Note, Scene
+from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 MEDIA_LIMITS = (
@@ -105,6 +106,7 @@ class RenderJob:
             wavelengths = plan_wavelengths(
                 [*lights, *emission_spectra(self.scene)],
                 measure.bands,
+                reflectances=reflectance_spectra(self.scene),
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
@@ -263,13 +265,3 @@ class RenderJob:
     def group_band_pictures(self) -> dict[str, NDArray[np.float32]]:
         """Spectral channels so far of each light group."""
         return {name: sums.band_picture() for name, sums in self._sums.items()}
-
-
-def light_spectra(scene: Scene) -> list[Spectrum]:
-    """Spectra of everything that emits, where wavelengths are worth tracing."""
-    paints: list[Any] = [light.color for light in scene.lights]
-    if not scene.world.is_black:
-        paints.append(scene.world.color)
-    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
-    plain = [paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3)) for paint in paints]
-    return [emitted_spectrum(paint, white) for paint in plain]
