@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import bpy
 
-from spectral_core.scene import Camera, Film, LightPaths, Scene
+from spectral_core.scene import Camera, Film, LightPaths, Scene, SunLight, World
 
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
@@ -18,7 +19,7 @@ from .ledger import note_changed
 from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
-from .viewport.kept import Kept
+from .viewport.kept import Kept, kept_or_made
 
 USUAL_CLAMP = 10.0
 """Blender's own clamp on indirect light, which takes fireflies only."""
@@ -61,7 +62,7 @@ def translate_scene(
     found = collect(translation, shows, kept)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
-    surroundings, suns = translate_world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed)
+    surroundings, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
     scene = Scene(
         camera=viewed,
         film=film,
@@ -75,6 +76,18 @@ def translate_scene(
     )
     note_approximations(translation, scene)
     return replace(scene, notes=translation.notes)
+
+
+def _world(
+    translation: Translation, world: Any, viewed: Camera, kept: Kept | None
+) -> tuple[World, tuple[SunLight, ...]]:
+    make = partial(translate_world, translation, world, viewed)
+    if world is None:
+        return make()
+    original = world.original
+    state = (world.name, getattr(original, "lightgroup", ""))
+    key, makers = ("world", original.session_uid), frozenset((original.session_uid,))
+    return kept_or_made(kept, translation, key, makers, state, make)
 
 
 def _note_limits(translation: Translation, limits: LightPaths) -> None:

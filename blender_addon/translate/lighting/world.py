@@ -56,7 +56,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         lights, sees = (joined(reader, terms) for terms in _backgrounds(reader, tree))
     spectrum = spectra.spectrum_of(translation, world)
     if spectrum is not None:
-        lights = sees = Term(spectrum, lights.strength * spectra.strength_of(world))
+        lights = sees = Term(spectrum, lights.strength * spectra.strength_of(translation, world))
         suns = ()
     made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium, **own)
     if sees == lights or Rays.CAMERA & own["hidden_from"]:
@@ -112,7 +112,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     strength = weight * max(_number(reader, source.input("Strength"), 1.0, camera=camera), 0.0)
     spectrum = spectra.spectrum_of(reader.translation, source.node)
     if spectrum is not None:
-        return Term(spectrum, strength * spectra.strength_of(source.node))
+        return Term(spectrum, strength * spectra.strength_of(reader.translation, source.node))
     place = source.input("Color")
     image = linked(place)
     color: Paint = gray(0.5)

@@ -107,6 +107,7 @@ def scene_path_class(variant: str) -> Any:
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
+            place.wavelengths = si.wavelengths  # a dye may have changed them
             lit = (place, bsdf, shape, (matt, along))
             direct = self.direct(scene, sampler, lit, path, (hit | floats) & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
