@@ -105,8 +105,8 @@ def _absorption(reader: Reader, source: Output) -> Fill:
 
 def _coefficients(reader: Reader, source: Output) -> Fill:
     vector = lambda name: np.maximum(reader.vector(source.input(name), 1.0), 0.0)  # noqa: E731
-    parts = [vector(f"{name} Coefficients") for name in ("Scatter", "Absorption", "Emission")]
-    return Fill(*parts, lobes_of(reader, source))
+    scatters, absorbs, glows = (vector(f"{name} Coefficients") for name in ("Scatter", "Absorption", "Emission"))
+    return Fill(scatters, absorbs, glows, lobes_of(reader, source))
 
 
 def _emission(reader: Reader, source: Output) -> Fill:

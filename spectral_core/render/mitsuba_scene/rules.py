@@ -79,7 +79,7 @@ class Tables:
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
-        self.media = None
+        self.media: Any = None
         if rules.media:
             self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
         self.reradiation = rules.reradiation
