@@ -80,7 +80,7 @@ class FirstHit:
             clear = si.bsdf().eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
-            if fills is not None:
+            if self.rules is not None and fills is not None:
                 way = dr.select(si.is_valid(), si.t, dr.inf)
                 passed = dr.select(walking, passed * fills.clear(fog[0], way, ray.wavelengths, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)

@@ -154,7 +154,7 @@ class Media:
     def _lobe(self, medium: Any, k: int, active: Any) -> tuple[Any, Any, Any]:
         mi, dr = self._mi, self._dr
         start = (medium * self._lobes + k) * 3
-        return tuple(dr.gather(mi.Float, self._table, start + part, active) for part in range(3))  # type: ignore[return-value]
+        return tuple(dr.gather(mi.Float, self._table, start + part, active) for part in range(3))
 
     def phase(self, medium: Any, cosine: Any, active: Any) -> tuple[Any, Any]:
         """Value of the phase function at an angle to the way ahead, and the density of ``turned`` there."""
