@@ -82,7 +82,7 @@ def test_phase_functions_add_up_to_all_light(filled, translate, phase):
 
 @pytest.mark.parametrize("backscatter", [0.01, 0.1, 0.3])
 def test_lobes_follow_the_phase_function_of_water(backscatter):
-    from blender_addon.translate.shading.phases import fournier_forand
+    from blender_addon.translate.shading.media.phases import fournier_forand
 
     cosine = np.linspace(-1.0, 0.0, 2001)
     turned = sum(

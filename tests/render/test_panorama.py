@@ -8,9 +8,9 @@ import pytest
 
 from spectral_core.errors import SpectralError
 from spectral_core.render import render_scene
-from spectral_core.render.trace.aperture import in_polygon
-from spectral_core.render.trace.camera_rays import camera_frame, rays
-from spectral_core.render.trace.panorama import NumPyMath, direction_of
+from spectral_core.render.lens.aperture import in_polygon
+from spectral_core.render.lens.camera_rays import camera_frame, rays
+from spectral_core.render.lens.panorama import NumPyMath, direction_of
 from spectral_core.scene import Aperture, Camera, Film, Panorama, Scene, World, gray
 
 pytest.importorskip("mitsuba")

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.trace.aperture import lens_point
-from spectral_core.render.trace.camera_rays import camera_frame, rays
+from spectral_core.render.lens.aperture import lens_point
+from spectral_core.render.lens.camera_rays import camera_frame, rays
+from spectral_core.render.lens.panorama import DrJitMath
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.panorama import DrJitMath
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.render.trace.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.trace.wavelengths import WavelengthPlan

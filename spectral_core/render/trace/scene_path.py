@@ -15,7 +15,7 @@ from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import path_limits
+from spectral_core.render.trace import hit_sides, in_media, path_limits
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
@@ -45,6 +45,8 @@ def scene_path_class(variant: str) -> Any:
         """Radiance along camera rays."""
 
         State = PathState
+        upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
+        seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
@@ -142,7 +144,8 @@ def scene_path_class(variant: str) -> Any:
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
             bounces = scatters
             if self.tables.media is not None:
-                turns = self.scatter(place, path, (pick, direction), floats)
+                limits = self.volume, self.bounces
+                turns = in_media.scatter(self.tables.media, (place, path), (pick, direction), floats, limits)
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
@@ -166,38 +169,12 @@ def scene_path_class(variant: str) -> Any:
             return path, sampler
 
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-            """Through a medium to the next surface: whether the path scatters before it, and the place to ask lights
-            from.
-            """
-            reach = dr.select(si.is_valid(), si.t, dr.inf)
-            flight = self.tables.media.fly(path, reach, sampler, active)
+            """Through a medium to the next surface: whether the path scatters before it, and where."""
+            flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
             path.light += self.clamped(dr.select(active, path.throughput * flight.glow, 0.0), path.depth > 1)
             path.throughput *= dr.select(active, flight.weight, 1.0)
-            place = mi.SurfaceInteraction3f(si)
-            place.p = dr.select(flight.scatters, path.ray.o + path.ray.d * flight.distance, si.p)
-            place.n = dr.select(flight.scatters, mi.Normal3f(0.0), si.n)
-            place.t = dr.select(flight.scatters, flight.distance, si.t)
             self.fog = flight.scatters, path.medium
             return flight.scatters, place
-
-        def scatter(self, place: Any, path: Any, draws: tuple[Any, Any], floats: Any) -> Any:
-            """Turn the paths that scatter in a medium; which of them go on."""
-            turns = floats & ~path.last
-            way, density, factor = self.tables.media.turned(path.medium, path.ray.d, draws, turns)
-            path.throughput = dr.select(turns, path.throughput * factor, path.throughput)
-            path.depth = dr.select(turns, path.depth + 1, path.depth)
-            path.volume = dr.select(turns, path.volume + 1, path.volume)
-            path.last |= turns & ((path.volume > self.volume) | (path.depth > self.bounces))
-            path.kind = dr.select(turns, int(Rays.VOLUME), path.kind)
-            path.before = dr.select(turns, mi.Interaction3f(place), path.before)
-            path.before_pdf = dr.select(turns, density, path.before_pdf)
-            path.before_delta &= ~turns
-            path.before_both |= turns
-            path.before_shape = dr.select(turns, 0, path.before_shape)
-            onward = mi.Ray3f(path.ray)
-            onward.o, onward.d, onward.maxt = place.p, way, dr.largest(mi.Float)
-            path.ray = dr.select(turns, onward, path.ray)
-            return turns
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
             """Count a bounce by its kind, as Cycles does, and see whether it was the last."""
@@ -214,27 +191,6 @@ def scene_path_class(variant: str) -> Any:
             reflected = dr.select(is_diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
             kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
             path.kind = dr.select(scatters, kind, path.kind)
-
-        def upright(self, si: Any) -> Any:
-            """Direction to the viewer on the side of the surface that the geometry has, as in Cycles.
-
-            Where interpolated normals lean away from the viewer it would lie below the surface that is seen, and the
-            surface would be lit from behind; mirrored at the surface it keeps its angle and its side.
-            """
-            outside = dr.dot(si.n, si.to_world(si.wi)) > 0.0
-            faces = dr.dot(si.n, si.sh_frame.n) > 0.0
-            above = (si.wi.z > 0.0) == (outside == faces)
-            return mi.Vector3f(si.wi.x, si.wi.y, dr.select(above | ~si.is_valid(), si.wi.z, -si.wi.z))
-
-        def keeps_side(self, si: Any, wo: Any, outward: Any) -> Any:
-            """Whether a direction leaves on the side of the geometry that it leaves the shading on: no leaks."""
-            outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
-            return (wo.z > 0.0) == outside
-
-        def leaves_as_drawn(self, si: Any, bs: Any, outward: Any) -> Any:
-            """Whether a drawn direction reflects off, or passes through, the geometry as it does the shading."""
-            same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
-            return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
 
         def arrived(self, si: Any, path: Any, active: Any) -> Any:
             """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling."""
@@ -291,11 +247,9 @@ def scene_path_class(variant: str) -> Any:
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt & ~floats)
             media = mi.UInt32(0), mi.UInt32(0)
             if self.tables.media is not None:
-                cosine = dr.dot(path.ray.d, drawn.direction)
-                phase, density = self.tables.media.phase(medium, cosine, wanted & floats)
-                value, pdf = dr.select(floats, mi.Spectrum(phase), value), dr.select(floats, density, pdf)
-                ways = path.ray.d, drawn.direction
-                media = self.tables.media.crossed((path.medium, path.outer), shape, si, ways, wanted & ~floats)
+                hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
+                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, medium), wanted)
+                value, pdf = dr.select(floats, mi.Spectrum(fog[0]), value), dr.select(floats, fog[1], pdf)
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
                 value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
@@ -309,21 +263,6 @@ def scene_path_class(variant: str) -> Any:
             marks = shadow_marks(mi, si.dn_dv)
             clear = self.clear_way(scene, (ray, media), (drawn.number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
-
-        def seen_side(self, si: Any, direction: Any) -> Any:
-            """Normal of the geometry on the side that a ray comes from."""
-            return dr.select(dr.dot(si.n, direction) > 0.0, -si.n, si.n)
-
-        def lets_through(self, bsdf: Any) -> Any:
-            """Whether light from behind a surface reaches its front."""
-            return mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission)
-
-        def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
-            """Kind of ray that a direction is for a surface: a mixed one counts as diffuse on its own side."""
-            same_side = si.wi.z * wo.z > 0.0
-            diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.DiffuseReflection)
-            own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
-            return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
         def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
             """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks).

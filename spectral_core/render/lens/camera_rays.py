@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.render.trace.panorama import NumPyMath, direction_of
+from spectral_core.render.lens.panorama import NumPyMath, direction_of
 from spectral_core.scene import Camera, Film
 
 

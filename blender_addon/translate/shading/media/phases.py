@@ -8,8 +8,8 @@ import math
 import numpy as np
 from scipy.optimize import nnls
 
-from .reader import Reader
-from .tree import Output
+from ..reader import Reader
+from ..tree import Output
 
 Lobes = tuple[tuple[float, float, float], ...]
 """Weight, g and α of each."""

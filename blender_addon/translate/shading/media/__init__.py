@@ -16,10 +16,10 @@ from spectral_core.scene import Color, Paint, ScatteringMedium, gray
 from spectral_core.spectra.catalogue import blackbody
 from spectral_core.spectra.spectrum import Spectrum
 
-from .fields import color_of_spectrum, mean_color, paint_of
+from ..fields import color_of_spectrum, mean_color, paint_of
+from ..reader import Reader
+from ..tree import Input, Output, linked
 from .phases import Lobes, lobes_of
-from .reader import Reader
-from .tree import Input, Output, linked
 
 Rgb = np.ndarray[Any, np.dtype[np.float64]]
 
