@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from spectral_core.render.lens.aperture import lens_point
 from spectral_core.render.lens.camera_rays import camera_frame, rays
 from spectral_core.render.lens.panorama import DrJitMath
+from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
-from spectral_core.render.trace.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
