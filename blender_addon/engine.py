@@ -16,6 +16,7 @@ from spectral_core.render import Progress, RenderResult
 from spectral_core.scene import Note, Scene
 
 from . import jobs
+from .translate.camera.motion import with_motion
 from .translate.frames import rigid
 from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, slots_of
 from .translate.scene import translate_scene
@@ -119,7 +120,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph: Any) -> RenderResult:
         """Translate once, render each view (one, but for stereo); returns the last view's result."""
         self.update_stats("", "Translating the scene")
-        scene = translate_scene(depsgraph, camera=self.camera_override)
+        scene = translate_scene(depsgraph, camera=self.camera_override, is_moving=True)
+        scene = with_motion(scene, depsgraph, self.camera_override, self._set_frame)
         passes = passes_of(depsgraph.scene_eval, depsgraph.view_layer_eval)
         scene = replace(
             scene,
@@ -156,6 +158,10 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self._write(result.pixels, place, header, result.passes)
         return result
 
+    def _set_frame(self, frame: int, subframe: float) -> None:
+        """Move the depsgraph of this render; the file's own frame stays."""
+        self.frame_set(frame, subframe=subframe)
+
     def _should_stop(self) -> bool:
         """Whether the user has asked to stop."""
         return bool(self.test_break())
@@ -175,7 +181,18 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         eye = self.camera_override or depsgraph.scene_eval.camera
         matrix = np.asarray(self.camera_model_matrix(eye), dtype=np.float64).reshape(4, 4)
         shift = (self.camera_shift_x(eye), scene.camera.shift[1])
-        return replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
+        seen = replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
+        if not scene.moments:
+            return seen
+        # both eyes move as the camera between them does
+        eye_from_middle = np.linalg.inv(scene.camera.world_from_camera) @ rigid(matrix)
+        moments = [
+            replace(
+                m, camera=replace(m.camera, world_from_camera=m.camera.world_from_camera @ eye_from_middle, shift=shift)
+            )
+            for m in scene.moments
+        ]
+        return replace(seen, moments=tuple(moments))
 
     def _write(
         self,

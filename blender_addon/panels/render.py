@@ -207,6 +207,11 @@ class SPECTRAL_PT_passes_light(_PassesPanel, bpy.types.Panel):
             column = self.column(lobe.title())
             for what in ("direct", "indirect", "color"):
                 column.prop(layer, f"use_pass_{lobe}_{what}", text=what.title())
+        cycles = getattr(layer, "cycles", None)
+        if cycles is not None:
+            column = self.column("Volume")
+            column.prop(cycles, "use_pass_volume_direct", text="Direct")
+            column.prop(cycles, "use_pass_volume_indirect", text="Indirect")
         column = self.column("Other")
         column.prop(layer, "use_pass_emit", text="Emission")
         column.prop(layer, "use_pass_environment")

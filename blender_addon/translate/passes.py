@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes that a view layer asks for: those that are rendered, and those that are named instead of missing in the file."""
+"""Passes that a view layer asks for: those that are rendered, and those that are named instead."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ OF_LAYER = {
 OF_CYCLES = {
     "denoising_store_passes": ("Denoising Normal", "Denoising Albedo", "Denoising Depth"),
     "pass_debug_sample_count": ("Debug Sample Count",),
+    "use_pass_volume_direct": ("Volume Direct",),
+    "use_pass_volume_indirect": ("Volume Indirect",),
 }
 """The same of Cycles' own ticks, which files are set up with whoever renders."""
 NOT_RENDERED = {
-    "use_pass_volume_direct": "Volume Direct", "use_pass_volume_indirect": "Volume Indirect",
     "use_pass_volume_scatter": "Volume Scatter", "use_pass_volume_transmit": "Volume Transmit",
     "use_pass_volume_majorant": "Volume Majorant", "pass_render_time": "Render Time",
 }  # fmt: skip
@@ -48,7 +49,8 @@ OLDER_NAMES = {
     "Diffuse Direct": "DiffDir", "Diffuse Indirect": "DiffInd", "Diffuse Color": "DiffCol",
     "Glossy Direct": "GlossDir", "Glossy Indirect": "GlossInd", "Glossy Color": "GlossCol",
     "Transmission Direct": "TransDir", "Transmission Indirect": "TransInd", "Transmission Color": "TransCol",
-    "Emission": "Emit", "Environment": "Env", "Object Index": "IndexOB", "Material Index": "IndexMA",
+    "Volume Direct": "VolumeDir", "Volume Indirect": "VolumeInd", "Emission": "Emit", "Environment": "Env",
+    "Object Index": "IndexOB", "Material Index": "IndexMA",
 }  # fmt: skip
 """What Blender 4 calls a pass."""
 

@@ -89,7 +89,7 @@ def values_of(surface: Surface | None) -> Iterator[Any]:
 
 def programs_of(surface: Surface | None) -> Iterator[Program]:
     """Every program in a surface."""
-    yield from (value.program for value in _simple_values(surface) if isinstance(value, Computed))
+    yield from (value.program for value in simple_values_of(surface) if isinstance(value, Computed))
 
 
 def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
@@ -105,7 +105,7 @@ def inputs_of(values: Iterable[Any]) -> frozenset[str]:
     return frozenset(names) | ({"uv"} if images else set())
 
 
-def _simple_values(surface: Surface | None) -> Iterator[Any]:
+def simple_values_of(surface: Surface | None) -> Iterator[Any]:
     """``values_of`` with each mixed paint divided into what it mixes."""
     return _parts(values_of(surface))
 

@@ -10,7 +10,7 @@ from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 
 LOBES = ("Diffuse", "Glossy", "Transmission")
-"""What the first surface does with light."""
+"""What the first surface does with light; a medium before it is Volume."""
 DATA_PASSES = {
     "Depth": 1, "Mist": 1, "Position": 3, "Normal": 3, "UV": 3, "Object Index": 1, "Material Index": 1,
     "Diffuse Color": 3, "Glossy Color": 3, "Transmission Color": 3, "Denoising Normal": 3, "Denoising Albedo": 3,
@@ -18,7 +18,7 @@ DATA_PASSES = {
 }  # fmt: skip
 """What camera rays see, by name, with the number of channels."""
 LIGHT_PASSES = (
-    *(f"{lobe} {order}" for lobe in LOBES for order in ("Direct", "Indirect")), "Emission", "Environment",
+    *(f"{lobe} {order}" for lobe in (*LOBES, "Volume") for order in ("Direct", "Indirect")), "Emission", "Environment",
 )  # fmt: skip
 """Shares of the light of the picture, three channels each."""
 CRYPTOMATTES = ("CryptoObject", "CryptoMaterial", "CryptoAsset")

@@ -189,9 +189,9 @@ def test_an_unsupported_tick_is_named_and_only_ticked_passes_are_made(build):
 
     layer = bpy.context.view_layer
     layer.use_pass_vector = layer.use_pass_ambient_occlusion = True
-    layer.cycles.use_pass_volume_direct = True
+    layer.cycles.use_pass_volume_scatter = True
     (note,) = pass_notes(layer)
-    assert all(name in note.message for name in ("Vector", "Ambient Occlusion", "Volume Direct", "not rendered"))
+    assert all(name in note.message for name in ("Vector", "Ambient Occlusion", "Volume Scatter", "not rendered"))
     assert passes_of(bpy.context.scene, layer) is None
     layer.use_pass_mist = True
     assert passes_of(bpy.context.scene, layer).names == ("Mist",)

@@ -26,10 +26,12 @@ from spectral_core.scene import (
     Material,
     Mist,
     MixSurface,
+    Moment,
     Passes,
     PointLight,
     Principled,
     RenderSettings,
+    ScatteringMedium,
     Scene,
     Subsurface,
     Transparent,
@@ -169,3 +171,35 @@ def test_an_asked_error_has_passes_too():
     assert counts.mean() == pytest.approx(result.samples, abs=0.51)
     assert result.passes["Diffuse Direct"].max() > 0
     assert any("traced beside the picture" in note.message for note in result.notes)
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_light_in_a_medium_is_volume_and_adds_up(transport):
+    names = (*LIT, "Volume Direct", "Volume Indirect")
+    scene = room(Passes(names), transport=transport)
+    fog = Material("fog", None, ScatteringMedium(0.15, gray(0.9), emission_color=gray(1.0), emission_strength=0.02))
+    scene = replace(
+        scene,
+        materials=(*scene.materials, fog),
+        instances=(*scene.instances, Instance("fog", "box", at(0, 0, 1.1, (3.0, 3.0, 1.0)), ("fog",))),
+    )
+    result = render_scene(scene)
+    total = sum(result.passes[n] for n in ("Emission", "Environment", "Volume Direct", "Volume Indirect"))
+    for lobe in LOBES:
+        light = result.passes[f"{lobe} Direct"] + result.passes[f"{lobe} Indirect"]
+        total = total + result.passes[f"{lobe} Color"] * light
+    picture = result.pixels[..., :3]
+    assert np.quantile(np.abs(total - picture), 0.98) < 4e-3 * picture.max()
+    assert result.passes["Volume Direct"].mean() > 0.01 and result.passes["Volume Indirect"].max() > 0
+
+
+def test_a_moving_scene_has_the_passes_of_all_its_moments():
+    wanted = Passes(("Diffuse Direct", "Diffuse Color", "Object Index", "Debug Sample Count"))
+    scene = room(wanted, transport="rgb", samples=8)
+    moved = [replace(i, world_from_object=at(0.8, 0, 0.7, 0.7)) if i.name == "gloss" else i for i in scene.instances]
+    moments = tuple(Moment(scene.camera, instances) for instances in (scene.instances, tuple(moved)))
+    result = render_scene(replace(scene, moments=moments))
+    assert np.all(result.passes["Debug Sample Count"] == 8)
+    still = render_scene(scene).passes
+    assert np.abs(result.passes["Diffuse Color"] - still["Diffuse Color"]).max() > 0.1
+    assert any("of one moment" in note.message for note in result.notes)

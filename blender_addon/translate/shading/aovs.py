@@ -12,7 +12,7 @@ from .tree import Input
 
 
 def aov_outputs(reader: Reader, tree: Any) -> tuple[tuple[str, Paint | Scalar], ...]:
-    """Name and value of each AOV; of two nodes of one name the first counts. Nodes inside groups are named in a note."""
+    """Name and value of each AOV; of two nodes of one name the first. Nodes in groups are named in a note."""
     if tree is None:
         return ()
     wanted = {aov.name: aov.type for aov in reader.translation.depsgraph.view_layer_eval.aovs if aov.is_valid}

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
-from spectral_core.palette.texture.loss import band_delta_e, picture_losses
+from spectral_core.palette.texture.loss import picture_losses, texel_delta_e
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, stimulus_matrix
-from spectral_core.palette.texture.texture import BAND_TEXELS, Picture, SpectralTexture, TextureDesign
+from spectral_core.palette.texture.texture import Picture, SpectralTexture, TextureDesign
 from spectral_core.palette.texture.uplift import Pin, Uplift, design_uplift, nearest_weights
 from spectral_core.spectra.color import lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant
@@ -30,6 +30,8 @@ SETTLED = 1e-2
 """Sum of squared CIELAB distances to the wanted colors below which the search ends."""
 LEAST_GAP = 2.5
 """Between the peaks of two spectra, in knots of 5 nm."""
+BAND_TEXELS = 1 << 20
+"""Texels whose equal colors are looked up once."""
 CHUNK = 1 << 18
 """Different colors that are looked up at a time."""
 
@@ -98,7 +100,7 @@ def _looked_up(
         flat = colors.view(np.float32).reshape(-1, 3)
         found = np.concatenate([uplift.weights(flat[start : start + CHUNK]) for start in range(0, len(flat), CHUNK)])
         stored = np.abs(found).astype(np.float16)
-        errors = band_delta_e(np.float32(slope) * flat.T, stored.T.astype(np.float32), color_from_weights)[0]
+        errors = texel_delta_e(np.float32(slope) * flat.T, stored.T.astype(np.float32), color_from_weights)[0]
         weights[:, first:last] = stored[places.ravel()].T.reshape(count, last - first, width)
         delta_e[0, first:last] = errors[places.ravel()].reshape(last - first, width)
         if progress is not None:
@@ -109,7 +111,7 @@ def _looked_up(
 def _basis_for_pins(first: Array, second: Array, pins: Sequence[Pin], count: int, seed: int) -> TextureBasis:
     """Spectra of all display colors under the first light that come nearest to the wanted colors under the second."""
     started = time.perf_counter()
-    plain = design_basis(first, count, floor=0.0, seconds=3.0)
+    plain = design_basis(first, count, floor=0.0)
     if not pins:
         return plain
     search = _BasisSearch(first, second, pins, min(plain.slope, 1.0) - 1e-9)

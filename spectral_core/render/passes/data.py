@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.passes import cryptomatte
+from spectral_core.render.passes.joined import OF_FIRST_SAMPLE
 from spectral_core.render.passes.lobes import drawn_parts
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.plugins.closures.subsurface import DIVES
@@ -40,7 +41,6 @@ AOV_CHANNELS = 4
 """A color and how much of the pixel it covers."""
 RAREST = 1e-4
 """Chance of a lobe down to which it is drawn as often as others: a pane of glass mirrors 1 % of light."""
-_OF_FIRST_SAMPLE = ("Depth", "Position", "Object Index", "Material Index")
 
 
 class DataPasses(Accumulator):
@@ -185,6 +185,8 @@ class DataPasses(Accumulator):
         frame = self.frame
         from_eye = si.p - mi.Point3f(*(self._number(part) for part in frame.origin))
         depth = -dr.dot(from_eye, mi.Vector3f(*(self._number(part) for part in frame.back)))
+        if frame.camera.panorama is not None:
+            depth = dr.norm(from_eye)
         facing = dr.select(dr.dot(si.n, si.dn_du) > 0.0, si.sh_frame.n, -si.sh_frame.n)
         subjects = self._subjects
         gather = lambda values, row: dr.gather(mi.Float, values, row, single)  # noqa: E731
@@ -274,7 +276,7 @@ class DataPasses(Accumulator):
         found: dict[str, NDArray[Any]] = {}
         for name, start in self._rows.items():
             part = sums[:, start : start + DATA_PASSES.get(name, AOV_CHANNELS)]
-            found[name] = part if name in _OF_FIRST_SAMPLE else part / samples
+            found[name] = part if name in OF_FIRST_SAMPLE else part / samples
         drawn = sums[:, self._drawn : self._drawn + 1] / samples
         for lobe in self._colors:
             color = found[f"{lobe} Color"] / np.maximum(drawn, 1e-9)

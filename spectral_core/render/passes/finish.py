@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError
 from spectral_core.render.job import RenderJob
+from spectral_core.render.passes.books import LIGHT_ROWS, light_group_names
 from spectral_core.render.passes.data import DataPasses
-from spectral_core.render.passes.light_path import LIGHT_ROWS, light_group_names
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.scene import Note
 from spectral_core.scene.passes import DATA_PASSES, GROUP_PREFIX, LOBES, Passes
@@ -20,11 +20,11 @@ Array = NDArray[np.float32]
 
 LEAST_COLOR = 1e-6
 """Colors of a lobe below it are no lobe: light over them would be noise."""
-WITH_MEDIA = "light is not told apart where volumes or media are in the scene; the file holds it in Combined only"
+WITH_MEDIA = "light is not told apart where sampled volumes are in the scene; the file holds it in Combined only"
 SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps bend light, and not the pass"
 EQUAL_SAMPLES = (
-    "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up to "
-    "it but for noise"
+    "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up "
+    "to it but for noise"
 )
 
 

@@ -15,18 +15,11 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.rules import Tables
-from spectral_core.render.passes.lobes import drawn_parts, parts_of
+from spectral_core.render.passes import books
+from spectral_core.render.passes.books import LIGHT_ROWS
+from spectral_core.render.passes.lobes import drawn_parts
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path_class
-from spectral_core.scene.passes import GROUP_PREFIX, LIGHT_PASSES, LOBES
-
-LIGHT_ROWS = {name: row for row, name in enumerate(LIGHT_PASSES)}
-"""Row of each pass among a pixel's sums; light groups follow."""
-
-
-def light_group_names(groups: tuple[str, ...]) -> dict[str, int]:
-    """Row of each light group, by the name of its pass."""
-    return {GROUP_PREFIX + group: len(LIGHT_ROWS) + number for number, group in enumerate(groups)}
 
 
 def groups_by_light(lights: Any, groups: tuple[str, ...]) -> np.ndarray:
@@ -47,6 +40,12 @@ def light_pass_class(variant: str) -> Any:
         from 1, 0 for one without, by its number.
         """
 
+        sums: Any = None
+        lane: Any = None
+        measured: Any = None
+        book_into, book, book_lobes, book_group = books.book_into, books.book, books.book_lobes, books.book_group
+        parts_of, complete = books.parts_of, books.complete
+
         def __init__(
             self, settings: PathSettings, tables: Tables, lights: Any, groups: tuple[str, ...], by_light: np.ndarray
         ) -> None:
@@ -55,53 +54,35 @@ def light_pass_class(variant: str) -> Any:
             self.rows = len(LIGHT_ROWS) + len(groups)
             self.by_light = mi.UInt32(by_light.astype(np.uint32))
             self.parts: Any = None
-            """Shares of the path's light that the first surface's diffuse lobes send on, and its other mirroring ones."""
+            """Shares of the path's light that diffuse, glossy and transmitting lobes of the first surface send on."""
             self.here: Any = None
             """The hit that the path is at."""
-            self.begin(None, None, None)
-
-        def begin(self, sums: Any, lane: Any, measured: Any) -> None:
-            """Where light goes: sums (pixels · rows · 3), each lane's pixel, and the color of radiance."""
-            self.sums, self.lane, self.measured = sums, lane, measured
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             if self.sums is None:
                 return super().trace(scene, sampler, ray, active)
-            state = self.State(ray, active)
 
-            def body(state: Any, sampler: Any, diffuse: Any, glossy: Any) -> Any:
-                self.parts = (diffuse, glossy)
+            def body(state: Any, sampler: Any, *parts: Any) -> Any:
+                self.parts = parts
                 state, sampler = self.step(scene, state, sampler)
                 return state, sampler, *self.parts
 
-            start = (state, sampler, mi.Spectrum(0.0), mi.Spectrum(0.0))
-            state, _, _, _ = dr.while_loop(
-                start, lambda state, *_: state.active, body, labels=("path", "sampler", "diffuse", "glossy")
-            )
-            self.met = self.asked = self.asked_way = self.parts = self.here = None
+            # of no lobe yet: what scatters in a medium first is of none
+            start = (self.begin(ray, active), sampler, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
+            labels = ("path", "sampler", "diffuse", "glossy", "transmission")
+            state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
+            self.met = self.asked = self.asked_way = self.fog = self.parts = self.here = None
             return state.light, state.seen, []
 
-        def book(self, row: int | Any, light: Any, active: Any) -> None:
-            """Add light to a row of the pixel."""
-            finite = dr.all(dr.isfinite(light))
-            color = self.measured(dr.select(finite, light, 0.0))
-            at = (self.lane * self.rows + row) * 3
-            for k in range(3):
-                wanted = active & (color[k] != 0.0)
-                dr.scatter_add(self.sums, color[k], at + k, wanted, dr.ReduceMode.NoConflicts)
-
-        def book_lobes(self, light: Any, order: str, parts: tuple[Any, Any], active: Any) -> None:
-            """Add light to the passes of the first surface's lobes, by the parts of diffuse and glossy ones."""
-            diffuse, glossy = parts
-            for lobe, part in zip(LOBES, (diffuse, glossy, 1.0 - diffuse - glossy), strict=True):
-                self.book(LIGHT_ROWS[f"{lobe} {order}"], light * part, active)
-
-        def book_group(self, light: Any, number: Any, active: Any) -> None:
-            """Add light to the row of the group of a light."""
-            if not self.groups:
-                return
-            group = dr.gather(mi.UInt32, self.by_light, number, active)
-            self.book(len(LIGHT_ROWS) + dr.maximum(group, 1) - 1, light, active & (group > 0))
+        def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+            before = mi.Spectrum(path.light)
+            floats, place = super().fly(si, path, sampler, active)
+            if self.sums is not None:
+                glow = path.light - before
+                self.book(LIGHT_ROWS["Emission"], glow, active & (path.depth == 0))
+                self.book_lobes(glow, "Direct", self.parts, active & (path.depth == 1))
+                self.book_lobes(glow, "Indirect", self.parts, active & (path.depth > 1))
+            return floats, place
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
             value = super().arrived(si, path, active)
@@ -135,12 +116,6 @@ def light_pass_class(variant: str) -> Any:
             self.book_lobes(light, "Indirect", self.parts, active & (path.depth > 0))
             self.book_group(light, self.asked, active)
             return value
-
-        def parts_of(self, hit: tuple[Any, ...], wo: Any, value: Any, active: Any) -> tuple[Any, Any]:
-            """Shares of what a surface sends to ``wo`` that are diffuse, and that are mirrored otherwise."""
-            si, bsdf, _, (even, _) = hit
-            diffuse, glossy = parts_of(mi, dr, si, bsdf, wo, value, active & ~even)
-            return dr.select(even, mi.Spectrum(1.0), diffuse), dr.select(even, 0.0, glossy)
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
             if self.sums is None:
