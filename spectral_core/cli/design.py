@@ -37,9 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Solve, print the table of errors, write the files."""
     if arguments.palette is not None and _is_texture(arguments.palette):
-        from spectral_core.palette.texture.project import read_project
-
         from spectral_core.cli.shared.texture import make_texture
+        from spectral_core.palette.texture.project import read_project
 
         folder = arguments.out or Path("out") / arguments.palette.stem
         return make_texture(read_project(arguments.palette), folder, as_json=arguments.json, tell=False)
