@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -41,6 +42,8 @@ class RayRules:
     camera_world: Any | None = None
     subsurface: bool = False
     """Whether light walks below some surface."""
+    surfaces: Any = None
+    """``SurfaceTables`` of the scene."""
 
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
         """Rules of one placed object, which may be several shapes."""
@@ -70,6 +73,7 @@ class Tables:
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
+        self.surfaces = rules.surfaces
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:
@@ -96,6 +100,10 @@ class Tables:
             return mi.UInt32(missing)
         known = number < dr.opaque(mi.UInt32, dr.width(table))
         return dr.select(known, dr.gather(mi.UInt32, table, number, known), missing)
+
+    def surface(self, si: Any) -> SurfaceAt:
+        """What the surface at a hit does with light."""
+        return SurfaceAt(self.surfaces, si)
 
     def shape_number(self, si: Any) -> Any:
         """Number that a hit's object is known by: its placement's where its shape is shared."""

@@ -22,14 +22,13 @@ SHARED_TRIANGLES = 20_000
 
 
 class Shapes:
-    """Shapes of a scene's instances; BSDFs and media are made once per material."""
+    """Shapes of a scene's instances; leaves and media are made once per material."""
 
     def __init__(
         self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
     ) -> None:
         self.context, self.parts, self.movable = context, parts, movable
         self.materials = {material.name: material for material in scene.materials}
-        self.bsdfs: dict[str, Any] = {}
         self._media: dict[str, Any] = {}
         self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
@@ -53,7 +52,7 @@ class Shapes:
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
                 children, glow = self._children(instance, index, placed)
-                shape = geometry.mesh_shape(self.context, placed, children)
+                shape = self._dressed(instance, index, placed, children)
                 self.context.tables.place(shape, instance)
                 if glow is not None:
                     add_glow(self.context, placed, shape, glow)
@@ -89,12 +88,18 @@ class Shapes:
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = geometry.mesh_shape(self.context, part, self._children(instance, index, part)[0])
+                shape = self._dressed(instance, index, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
             named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
             self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
+
+    def _dressed(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
+        """A mesh in its material."""
+        shape = geometry.mesh_shape(self.context, part, children)
+        self.context.bsdf.surfaces.wear(shape, self._material(instance, index).name)
+        return shape
 
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:
@@ -105,11 +110,11 @@ class Shapes:
     def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
         """What a shape wears, and what it glows with where our own tables know that."""
         material, context = self._material(instance, index), self.context
-        if material.name not in self.bsdfs:
-            self.bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
+        if not context.bsdf.surfaces.has(material.name):
+            context.bsdf.surfaces.add(material.name, surface.leaves_of(context, material.surface, material.name))
             if material.medium is not None:
                 self._media[material.name] = medium_object(context, material.medium, material.name)
-        children = {"bsdf": self.bsdfs[material.name]}
+        children = {"bsdf": context.bsdf}
         if self._media.get(material.name) is not None:
             children["interior"] = self._media[material.name]
         if context.lights is not None:

@@ -78,7 +78,7 @@ class FirstHit:
             si.dn_dv = camera_marks(mi)
             met = walking & si.is_valid()
             unseen, is_hole = self._rules_of(si, met)
-            clear = si.bsdf().eval_null_transmission(si, met & ~unseen)
+            clear = self.rules.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)

@@ -57,7 +57,7 @@ def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tu
         si.dn_dv = marks
         met = active & si.is_valid()
         blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
-        clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
+        clear = dr.select(blocks, clear * tables.surface(si).eval_null_transmission(si, blocks), clear)
         layers = dr.select(blocks, layers + 1, layers)
         rest = ray.maxt - si.t
         ray = dr.select(met, si.spawn_ray(ray.d), ray)

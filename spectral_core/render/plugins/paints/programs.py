@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -241,53 +240,61 @@ class DrJit:
         return self.tables.camera_matrix(inverse)
 
 
-@dataclass(frozen=True, eq=False)
-class RowsOfPrograms:
-    """Programs of equal shape, one per leaf; ``cursor.row`` tells whose numbers count."""
+class TracedProgram:
+    """A program's code; its numbers are elsewhere, and those of every program of its shape serve."""
 
-    cursor: Any
-    programs: tuple[Program, ...]
+    def __init__(self, tables: SceneTables, program: Program) -> None:
+        self.tables, self.program = tables, program
+        self.offsets: list[int] = []
+        count = 0
+        for instruction in program.instructions:
+            self.offsets.append(count)
+            count += len(instruction.values)
 
-
-class LoadedProgram:
-    """A program with its numbers on the device: another number needs no new kernel."""
-
-    def __init__(self, tables: SceneTables, program: Program | RowsOfPrograms) -> None:
-        rows = program.programs if isinstance(program, RowsOfPrograms) else (program,)
-        self.cursor = program.cursor if isinstance(program, RowsOfPrograms) else None
-        self.tables, self.program = tables, rows[0]
-        values = [float(value) for row in rows for instruction in row.instructions for value in instruction.values]
-        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
-        self.numbers = tables.mi.Float(values or [0.0])
-        self.offsets: dict[int, int] = {}
-        self.stride = 0
-        for place, instruction in enumerate(self.program.instructions):
-            self.offsets[place] = self.stride
-            self.stride += len(instruction.values)
-
-    def can_take(self, other: LoadedProgram) -> bool:
-        """Whether one kernel runs both."""
-        alike = self.tables is other.tables and self.program.shape == other.program.shape
-        return alike and len(self.numbers) == len(other.numbers) and (self.cursor is None) == (other.cursor is None)
-
-    def take(self, other: LoadedProgram) -> None:
-        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
-        for mine, given in zip(self.program.instructions, other.program.instructions, strict=True):
+    def take_contents(self, program: Program) -> None:
+        """Read the images and tables of ``program`` from now on, which has the same shape."""
+        for mine, given in zip(self.program.instructions, program.instructions, strict=True):
             if mine.data is not None and mine.data is not given.data:
                 self.tables.replace(mine.data, given.data)
-        self.program, self.numbers = other.program, other.numbers
+        self.program = program
 
-    def __call__(self, si: Any, active: Any) -> Any:
-        """Value at a hit point: one number or three."""
+    def value(self, numbers: Any, start: Any, si: Any, active: Any) -> Any:
+        """Value at a hit point: one number or three; ``start``: where its own begin in ``numbers``."""
         mi, dr = self.tables.mi, self.tables.dr
         backend = DrJit(self.tables, si, mi.Bool(active))
-        start = mi.UInt32(0) if self.cursor is None else mi.UInt32(self.cursor.row) * self.stride
         results: list[Any] = []
         for place, instruction in enumerate(self.program.instructions):
             offset = start + self.offsets[place]
 
             def constant(item: Instruction, offset: Any = offset) -> list[Any]:
-                return [dr.gather(mi.Float, self.numbers, offset + k) for k in range(len(item.values))]
+                return [dr.gather(mi.Float, numbers, offset + k) for k in range(len(item.values))]
 
             results.append(step(instruction, results, backend, constant))
         return results[-1]
+
+
+class LoadedProgram(TracedProgram):
+    """A program with its numbers on the device: another number needs no new kernel."""
+
+    def __init__(self, tables: SceneTables, program: Program) -> None:
+        super().__init__(tables, program)
+        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        self.numbers = tables.mi.Float(numbers_of(program) or [0.0])
+
+    def can_take(self, other: LoadedProgram) -> bool:
+        """Whether one kernel runs both."""
+        return self.tables is other.tables and self.program.shape == other.program.shape
+
+    def take(self, other: LoadedProgram) -> None:
+        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
+        self.take_contents(other.program)
+        self.numbers = other.numbers
+
+    def __call__(self, si: Any, active: Any) -> Any:
+        """Value at a hit point: one number or three."""
+        return self.value(self.numbers, self.tables.mi.UInt32(0), si, active)
+
+
+def numbers_of(program: Program) -> list[float]:
+    """All numbers of a program, in order."""
+    return [float(value) for instruction in program.instructions for value in instruction.values]
