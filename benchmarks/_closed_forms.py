@@ -6,7 +6,7 @@ The formulas stand here in full and share no code with the renderer.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -74,7 +74,7 @@ def slab(samples: int, transport: str) -> Iterator[Compared]:
             for way, lit in (("through", (0, 8)), ("off", (8, 180))):
                 sheet = at(scale=(500.0, 500.0, 0.5), turn=("x", degrees))
                 scene = _through(sheet, Glass(gray(1.0), 0.0, index), samples, transport, _polar(*lit))
-                yield _compared(f"n {index} at {degrees:.0f}°, {way}", traced(scene)[0].mean(axis=-1), expected[way])
+                yield compared(f"n {index} at {degrees:.0f}°, {way}", traced(scene)[0].mean(axis=-1), expected[way])
 
 
 def true_slab(index: float, degrees: float) -> float:
@@ -97,8 +97,8 @@ def absorption(samples: int) -> Iterator[Compared]:
             placed = at(scale=(500.0, 500.0, thickness / 2))
             scene = _through(placed, surface, samples, "spectral", _polar(0, 20))
             dull = Material("sheet", surface, ScatteringMedium(1.0, gray(0.0), absorbing))
-            bright = _bands(replace(scene, instances=()), bands).mean(axis=(0, 1))
-            found = _bands(replace(scene, materials=(dull,)), bands) / bright
+            bright = in_bands(replace(scene, instances=()), bands).mean(axis=(0, 1))
+            found = in_bands(replace(scene, materials=(dull,)), bands) / bright
             for name, ratio in zip(bands.names, np.moveaxis(found, -1, 0), strict=True):
                 fine = float(name) + np.linspace(-20, 20, 401)
                 passed = np.exp(-np.interp(fine, grid.wavelengths_nm, absorbing.values) * thickness)
@@ -108,7 +108,7 @@ def absorption(samples: int) -> Iterator[Compared]:
                 response = 1 - np.abs(np.linspace(-1, 1, 401))
                 what = "glass" if glass else "fog"
                 case = f"{what}, {thickness} thick, {float(name):.0f} nm"
-                yield _compared(case, ratio, float(np.average(passed, weights=response)))
+                yield compared(case, ratio, float(np.average(passed, weights=response)))
 
 
 def prism(samples: int) -> Iterator[Compared]:
@@ -134,11 +134,11 @@ def prism(samples: int) -> Iterator[Compared]:
     for ramp in (True, False):
         base = _through(np.eye(4), Glass(), samples, "spectral", _polar(0, most, ramp=ramp))
         scene = replace(base, meshes=faces, materials=glass, instances=placed)
-        pictures.append(_bands(replace(scene, settings=RenderSettings("spectral", 2)), bands))
+        pictures.append(in_bands(replace(scene, settings=RenderSettings("spectral", 2)), bands))
     for name, part in zip(bands.names, np.moveaxis(pictures[0] / pictures[1], -1, 0), strict=True):
         n = np.interp(float(name), grid.wavelengths_nm, index)
         leaving = np.arcsin(n * np.sin(np.radians(apex)))  # the upper face is met straight on
-        yield _compared(f"{float(name):.0f} nm, degrees", part * most, float(np.degrees(leaving) - apex))
+        yield compared(f"{float(name):.0f} nm, degrees", part * most, float(np.degrees(leaving) - apex))
 
 
 def lamps(samples: int, transport: str) -> Iterator[Compared]:
@@ -150,7 +150,7 @@ def lamps(samples: int, transport: str) -> Iterator[Compared]:
                 name="lamp", world_from_light=at(0, 0, height), power_w=power, radius=radius, soft_falloff=False
             )
             eye = at(away, 0, 3.0 if away else 0.3)  # not in the ball
-            scene = _scene(Camera(world_from_camera=eye, field_of_view_rad=1e-3, near=1e-3), samples, transport)
+            scene = empty_scene(Camera(world_from_camera=eye, field_of_view_rad=1e-3, near=1e-3), samples, transport)
             scene = replace(
                 scene,
                 meshes=(square(),),
@@ -160,14 +160,14 @@ def lamps(samples: int, transport: str) -> Iterator[Compared]:
             )
             distance = np.hypot(height, away)
             expected = reflectance / np.pi * power / (4 * np.pi) * (height / distance) / distance**2
-            yield _compared(f"{name}, {away:g} aside", traced(scene)[0].mean(axis=-1), float(expected))
+            yield compared(f"{name}, {away:g} aside", traced(scene)[0].mean(axis=-1), float(expected))
 
 
 def _through(placed: Any, surface: Any, samples: int, transport: str, world: Any) -> Scene:
     """A box below a camera that looks straight down, in surroundings."""
     eye = Camera(world_from_camera=at(0, 0, 60), kind="orthographic", orthographic_scale=0.01)
     return replace(
-        _scene(eye, samples, transport),
+        empty_scene(eye, samples, transport),
         meshes=(box(),),
         materials=(Material("sheet", surface),),
         instances=(Instance("sheet", "box", placed, ("sheet",)),),
@@ -175,7 +175,8 @@ def _through(placed: Any, surface: Any, samples: int, transport: str, world: Any
     )
 
 
-def _scene(camera: Camera, samples: int, transport: str) -> Scene:
+def empty_scene(camera: Camera, samples: int, transport: str = "spectral") -> Scene:
+    """Nothing before a camera, on a small film; paths of many bounces."""
     return Scene(
         camera=camera,
         film=Film(8, 8, samples, filter_kind="box", filter_width=1.0),
@@ -192,21 +193,13 @@ def _polar(first: float, last: float, *, ramp: bool = False) -> ImageTexture:
     return ImageTexture("surroundings", pixels, "linear")
 
 
-def _bands(scene: Scene, bands: Bands) -> Any:
+def in_bands(scene: Scene, bands: Bands) -> Any:
+    """Spectral channels (height, width, n_bands) of a render."""
     job = RenderJob(scene, plan_effects(scene, pilot=False), Measure(bands))
     job.trace(scene.film.samples)
     return job.band_picture().astype(np.float64)
 
 
-def _compared(case: str, pixels: Any, expected: float) -> Compared:
+def compared(case: str, pixels: Any, expected: float) -> Compared:
+    """The mean of pixels beside what is expected of it."""
     return Compared(case, float(pixels.mean()), expected, float(pixels.std(ddof=1) / np.sqrt(pixels.size)))
-
-
-Case = Callable[[int, str], Iterator[Compared]]
-CASES: dict[str, tuple[Case, str]] = {
-    "slab": (slab, "a sheet of glass, all internal reflections"),
-    "absorption": (lambda samples, _: absorption(samples), "Beer and Lambert, per wavelength"),
-    "prism": (lambda samples, _: prism(samples), "Snell, per wavelength"),
-    "lamps": (lamps, "I cos θ / d² from a point and a ball"),
-}
-"""Name -> pairs of render and formula by (samples, transport), and what it is."""

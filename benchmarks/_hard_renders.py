@@ -85,8 +85,8 @@ def hard_scenes() -> Iterator[tuple[str, Scene]]:
             "translucent": Translucent(gray(value)),
             "principled": Principled(gray(value), coat_weight=1.0, transmission=0.5),
         }.items():
-            worn = tuple(Material(each, surface) for each in SURFACES)
-            yield f"{name} of albedo {value:g}", replace(_scene(lamps=(lamp,)), materials=worn)
+            materials = tuple(Material(each, surface) for each in SURFACES)
+            yield f"{name} of albedo {value:g}", replace(_scene(lamps=(lamp,)), materials=materials)
     glow = _scene()
     rest = (material for material in glow.materials if material.name != "gloss")
     bright_ball = Material("gloss", Emission(gray(1.0), 1e12))

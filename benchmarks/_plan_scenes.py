@@ -21,6 +21,7 @@ from spectral_core.scene import (
     Diffuse,
     Emission,
     Film,
+    Fluorescent,
     Glass,
     Glossy,
     ImageTexture,
@@ -38,6 +39,7 @@ from spectral_core.scene import (
     gray,
 )
 from spectral_core.spectra import catalogue
+from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 MESHES = (square(), box(), sphere(), wedge())
@@ -134,6 +136,13 @@ def measured_paints(stage: Stage) -> None:
     for k, name in enumerate(("orange", "cyan", "red")):
         stage.add(name, "square", at(-1.5 + 1.5 * k, 0, 0.002, 0.6), Diffuse(catalogue.reflectance(name)))
     stage.expected |= {"transport"}
+
+
+def dyed(stage: Stage) -> None:
+    stage.lights = [replace(POINT, color=catalogue.illuminant("D65"))]
+    glow = FluorescentDye.gaussian("green", 440, 530)
+    stage.add("dyed", "square", at(0, 0, 0.002, 0.8), Fluorescent(gray(0.2), (glow,), (0.5,)))
+    stage.expected |= {"transport", "fluorescence"}
 
 
 def prism(stage: Stage) -> None:
@@ -253,8 +262,8 @@ def cloud(stage: Stage) -> None:
 SINGLE: dict[str, tuple[Callable[[Stage], None], ...]] = {
     effect.__name__.replace("_", " "): (effect,)
     for effect in (
-        nothing, sun, room, wall, sodium, fluorescent, measured_paints, prism, fog, milk, lens, sky, sky_image, glowing,
-        curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic, glass_ball,
+        nothing, sun, room, wall, sodium, fluorescent, measured_paints, dyed, prism, fog, milk, lens, sky, sky_image,
+        glowing, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic, glass_ball,
         glass_caustic, leaf, cloud,
     )
 }  # fmt: skip

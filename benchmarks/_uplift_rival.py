@@ -24,7 +24,7 @@ WAVELENGTHS_PER_PATH = 4
 def rivals(uplift: Uplift, quick: bool) -> dict[str, dict[str, float]]:
     """Figures of the lattice (``lattice``), its eight-channel form (``eight``) and Jakob-Hanika (``sigmoid``)."""
     daylight = illuminant("D65")
-    basis = design_basis(stimulus_matrix([daylight]), 8, floor=0.0, seconds=3.0).spectra
+    basis = design_basis(stimulus_matrix([daylight]), 8, floor=0.0).spectra
     eight = design_uplift(daylight, None, (), basis)
     ways: dict[str, Any] = {
         "lattice": uplift.spectra,

@@ -27,7 +27,7 @@ def exact_amounts(volume: ScalarVolume, transfer: TransferFunction, view: View, 
 
     real, count = types.Float64, types.UInt32
     start, direction = _rays(view)
-    inverse = np.linalg.inv(np.asarray(volume.to_world, dtype=np.float64))
+    inverse = np.linalg.inv(np.asarray(volume.world_from_index, dtype=np.float64))
     origin, along = start @ inverse[:3, :3].T + inverse[:3, 3], direction @ inverse[:3, :3].T
     near, far = _box(volume.shape, origin, along, view.fov_deg is None)
     o, d = ([real(np.ascontiguousarray(v[:, a])) for a in range(3)] for v in (origin, along))
@@ -152,7 +152,7 @@ class _Curve:
 
 def _rays(view: View) -> tuple[Array, Array]:
     """Start and unit direction of the ray through each pixel's center: the camera looks along +z, +x to the left."""
-    matrix = np.asarray(view.to_world, dtype=np.float64)
+    matrix = np.asarray(view.world_from_camera, dtype=np.float64)
     half = view.ortho_width / 2 if view.fov_deg is None else np.tan(np.radians(view.fov_deg) / 2)
     column, row = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
     x = (1 - 2 * column / view.width) * half

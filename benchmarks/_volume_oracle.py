@@ -36,8 +36,8 @@ def march_oracle(
     Rays begin ``begin`` world units after their start (-inf for an orthographic camera).
     """
     start, direction = (np.reshape(part, (-1, 3)) for part in rays)
-    origin = start @ volume.to_index[:3, :3].T + volume.to_index[:3, 3]
-    along = direction @ volume.to_index[:3, :3].T  # index units per world unit
+    origin = start @ volume.index_from_world[:3, :3].T + volume.index_from_world[:3, 3]
+    along = direction @ volume.index_from_world[:3, :3].T  # index units per world unit
     near, far = _box(volume, origin, along, begin)
     count = max(1, int(np.ceil(np.max((far - near) * np.linalg.norm(along, axis=-1)) / step)))
     width = (far - near) / count

@@ -104,7 +104,7 @@ def vtk_fixed_point(volume: ScalarVolume, transfer: TransferFunction, view: View
     window.SetSize(view.width, view.height)
     window.AddRenderer(stage)
     camera = stage.GetActiveCamera()
-    origin, ahead, up = (view.to_world[:3, c] for c in (3, 2, 1))
+    origin, ahead, up = (view.world_from_camera[:3, c] for c in (3, 2, 1))
     camera.SetPosition(*origin)
     camera.SetFocalPoint(*(origin + ahead))
     camera.SetViewUp(*up)

@@ -4,11 +4,14 @@
 A mutant changes one place of one file: an operator, a comparison, a constant, a condition, or a statement that is left
 out. Each is tried in a copy of the tree with the tests of its room, until one fails. Arguments: how many mutants in
 all, and the first seed (60 and 0; 4 with ``--quick``). Mutants within docstrings, messages and imports are not drawn.
+Each room's tests run once unchanged, and what they call is written down; a mutant meets the tests that call its
+function, the shortest first, or all of the room where no test is known to call it.
 """
 
 from __future__ import annotations
 
 import ast
+import json
 import os
 import random
 import shutil
@@ -46,15 +49,21 @@ def run(options: Options) -> dict:
     survivors = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         copied = _copied(Path(folder))
+        callers: dict[str, Callers] = {}
         for seed in range(first, first + count):
             room = list(ROOMS)[seed % len(ROOMS)]
             path, text, what = drawn(room, random.Random(seed))
+            if room not in callers:
+                callers[room] = Callers(copied, room)
+            tests = callers[room].tests_of(path, *_function_lines(path, int(what.split(":")[0])))
             target, kept = copied / path, (copied / path).read_text("utf-8")
             target.write_text(text, "utf-8")
-            is_caught = _is_caught(copied, room, path)
+            is_caught = _is_caught(copied, tests)
             target.write_text(kept, "utf-8")
             tally["caught" if is_caught else "survived"] += 1
-            print(f"{'caught  ' if is_caught else 'SURVIVED'} seed {seed}: {path}:{what}", flush=True)
+            print(
+                f"{'caught  ' if is_caught else 'SURVIVED'} seed {seed}: {path}:{what} ({len(tests)} tests)", flush=True
+            )
             if not is_caught:
                 survivors.append(f"{path}:{what}")
     share = tally["caught"] / max(count, 1)
@@ -153,17 +162,54 @@ def _copied(folder: Path) -> Path:
     return target
 
 
-def _is_caught(tree: Path, room: str, path: Path) -> bool:
-    """Whether a test of the room fails; those whose names share a word with the file come first."""
-    files = [test for folder in ROOMS[room] for test in sorted((tree / folder).rglob("test_*.py"))]
-    words = set(path.with_suffix("").parts[2:]) | {
-        word for part in path.with_suffix("").parts for word in part.split("_")
-    }
-    files.sort(key=lambda test: -len(words & set(test.stem.split("_"))))
-    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *map(str, files)]
+class Callers:
+    """Which tests of a room call which function, by a run of the unchanged tests under ``benchmarks._touched``."""
+
+    def __init__(self, tree: Path, room: str) -> None:
+        """Run the room's tests in a copied tree."""
+        self._all = ROOMS[room]
+        record = tree.parent / f"{room.replace('/', '-')}.jsonl"
+        environment = {"TOUCHED": str(record), "TOUCHED_TREE": str(tree)}
+        # Some tests fail under a profiler (they count threads or open files): their mutants meet them all the same.
+        _pytest(tree, ["-p", "benchmarks._touched", *self._all], environment, seconds=None)
+        lines = record.read_text("utf-8").splitlines() if record.exists() else []
+        self._records = sorted((json.loads(line) for line in lines), key=lambda each: float(each["seconds"]))
+
+    def tests_of(self, path: Path, first: int, last: int) -> list[str]:
+        """The tests that call a function of these lines, the shortest first; all of the room where none does."""
+        found = [
+            record["test"]
+            for record in self._records
+            if any(name == str(path) and first <= line <= last for name, line in record["functions"])
+        ]
+        return found or list(self._all)
+
+
+def _function_lines(path: Path, line: int) -> tuple[int, int]:
+    """First and last line of the innermost function around a line; the whole file's where there is none."""
+    text = (ROOT / path).read_text("utf-8")
+    around = [
+        (min([node.lineno, *(each.lineno for each in node.decorator_list)]), node.end_lineno or node.lineno)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+    inside = [pair for pair in around if pair[0] <= line <= pair[1]]
+    return max(inside) if inside else (1, len(text.splitlines()))
+
+
+def _is_caught(tree: Path, tests: list[str]) -> bool:
+    """Whether one of these tests fails."""
     try:
-        done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, timeout=SECONDS, check=False)
+        return _pytest(tree, tests, {}, SECONDS) not in (0, 5)
     except subprocess.TimeoutExpired:
         return True
-    return done.returncode not in (0, 5)
+
+
+def _pytest(tree: Path, arguments: list[str], environment: dict[str, str], seconds: float | None) -> int:
+    """Exit status of pytest in a tree; it stops at the first failure where time is limited."""
+    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", **environment}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow", *arguments]
+    command += ["-x"] if seconds else []
+    return subprocess.run(
+        command, cwd=tree, env=environment, capture_output=True, timeout=seconds, check=False
+    ).returncode

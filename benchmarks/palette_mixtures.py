@@ -16,13 +16,14 @@ import numpy as np
 
 from benchmarks import Options
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.paint.fluorescence import FluorescentDye, led
+from spectral_core.palette.paint.fluorescence import led
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.paint.mixtures import additive_mixture, tint_differences
 from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import SpectralGrid
 
 LEVELS = (0.75, 0.5, 0.25)
@@ -89,11 +90,11 @@ def _fluorescence() -> dict[str, Any]:
     print("  " + ", ".join(f"{name} {value:.2f}" for name, value in differences.items()))
     print(
         f"  amount of dye {solution.surfaces[1].amounts[0]:.3f}, largest energy returned "
-        f"{solution.largest_returned_energy:.9f}, trusted {solution.trusted}, {seconds:.2f} s"
+        f"{solution.largest_returned_share:.9f}, trusted {solution.trusted}, {seconds:.2f} s"
     )
     return {
         "differences": differences,
-        "largest_returned_energy": solution.largest_returned_energy,
+        "largest_returned_share": solution.largest_returned_share,
         "trusted": solution.trusted,
         "seconds": seconds,
     }

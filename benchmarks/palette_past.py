@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Past the thesis: Figure 5.2 and random 9×9 palettes with the default rounds instead of one.
 
-All settings but the wishes are the defaults of ``PaletteProblem``. Then what counting errors in CIELAB gains.
+All settings but the requests are the defaults of ``PaletteProblem``. Then what counting errors in CIELAB gains.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ import numpy as np
 
 from benchmarks import Options
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.conflicts import with_conflicts
 from spectral_core.palette.live.session import LivePalette, PaletteSession
 from spectral_core.palette.presets import sine_light
@@ -90,9 +90,9 @@ def _one_size(size: Size, *, edits: int, stated: int) -> dict:
         session = PaletteSession(coupled_palette(size, rng))
         busy, clock, worst, untrusted = [], [], 0.0, 0
         for number in range(edits):
-            cell, wish = _next_edit(session, kind, number, rng)
+            index, cell = _next_edit(session, kind, number, rng)
             started, started_busy = perf_counter(), process_time()
-            answer = session.edit(cell, wish)
+            answer = session.edit(index, cell)
             clock.append(perf_counter() - started)
             busy.append(process_time() - started_busy)
             untrusted += not answer.trusted and not _conflicts(session)
@@ -136,7 +136,7 @@ def _conflicts(session: PaletteSession) -> bool:
 def _against_cvxpy(session: PaletteSession, answer: LivePalette, stated: int, live_ms: float) -> dict:
     """Times of cvxpy at its default tolerances, and how its answer compares."""
     by_cells, by_matrix, difference, excess = [], [], 0.0, 0.0
-    quadratic = Assembler(session.problem, compiled_wishes(session.problem)).assembled("reflectances", session.state)
+    quadratic = Assembler(session.problem, compiled_requests(session.problem)).assembled("reflectances", session.state)
     for _ in range(stated):
         started = perf_counter()
         spectra = reflectances_by_cvxpy(session.problem)
@@ -165,7 +165,7 @@ def _seconds_by_matrix(session: PaletteSession) -> float:
     """cvxpy given the assembled matrix, which costs it nothing here; CLARABEL, its own choice for this problem."""
     cp = cvxpy_module()
     problem = session.problem
-    side = Assembler(problem, compiled_wishes(problem)).assembled("reflectances", session.state).quadratic
+    side = Assembler(problem, compiled_requests(problem)).assembled("reflectances", session.state).quadratic
     matrix, target = side.least_squares()
     started = perf_counter()
     unknown = cp.Variable(side.size)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks import Options
 from benchmarks._texture_large import large_picture, measured
 from benchmarks._texture_rendered import rendered_errors
-from spectral_core.palette.texture.basis import design_basis
+from spectral_core.palette.texture.basis import TextureBasis, design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
 from spectral_core.palette.texture.reach import TEXTURE_GRID, reachable_contrast, stimulus_matrix
@@ -72,17 +72,23 @@ def run(options: Options) -> dict[str, Any]:
         return _large(options)
     if "--realism" in options.extra:
         return {"realism": _realism(options, LED_WIDTHS_NM, DAYLIGHT_SHARES)}
-    designed = design_lights(seconds=3.0 if options.quick else 9.0)
+    few = {"iterations": 12} if options.quick else {}
+    started = time.process_time()
+    designed = design_lights(**few)
+    light_seconds = time.process_time() - started
     matrix = stimulus_matrix(designed.lights)
-    basis = design_basis(matrix, 6, seconds=3.0 if options.quick else 8.0)
+    started = time.process_time()
+    basis = design_basis(matrix, 6, **few)
+    basis_seconds = time.process_time() - started
     print(
-        f"lights: {designed.seconds:.1f} s, white ΔE2000 {max(designed.white_delta_e):.4f}, slope {designed.slope:.3f} "
-        f"(starts {', '.join(f'{slope:.3f}' for slope in designed.starts)}); basis of 6: {basis.seconds:.1f} s, slope "
-        f"{basis.slope:.3f}"
+        f"lights: {light_seconds:.1f} s of processor time ({designed.seconds:.1f} s), white ΔE2000 "
+        f"{max(designed.white_delta_e):.4f}, slope {designed.slope:.3f} (starts "
+        f"{', '.join(f'{slope:.3f}' for slope in designed.starts)}); basis of 6: {basis_seconds:.1f} s of processor "
+        f"time, slope {basis.slope:.3f}"
     )
     pairs = _every_pair(matrix @ basis.spectra.T, 2000 if options.quick else 20_000)
     pictures = photographs(options.extra, 256 if options.quick else 512)
-    photo_basis = design_basis(matrix, 6, floor=0.02, seconds=3.0 if options.quick else 8.0)
+    photo_basis = design_basis(matrix, 6, floor=0.02, **few)
     found = design_texture(pictures, designed.lights, floor=0.02, slope=0.95, basis=photo_basis)
     for loss in found.losses:
         print(
@@ -92,7 +98,7 @@ def run(options: Options) -> dict[str, Any]:
     outside = _outside(found.texture.weights, found.texture.spectra)
     rendered = _by_f12(found.texture, options)
     given = _given_lamps(pictures, options)
-    times = _times(designed, matrix @ photo_basis.spectra.T, 512 if options.quick else 2048)
+    times = _times(designed, photo_basis, 512 if options.quick else 2048)
     realism = _realism(options, (20.0, 40.0), (0.0, 0.1, 0.3))
     worst = {name: max(getattr(loss, name) for loss in found.losses) for name in ("mean", "p99", "ghost")}
     holds = {
@@ -108,15 +114,15 @@ def run(options: Options) -> dict[str, Any]:
         "2: contrast of given lamps stated in under 1 s and met": all(
             row["seconds"] < 1 and row["largest_delta_e"] < 0.1 for row in given.values()
         ),
-        "3: 2048² in under 1 s": times["fit_seconds_2048"] < 1,
-        "3: lights and basis in under 10 s each": designed.seconds < 10 and basis.seconds < 10,
+        "3: 2048² in under 1 s (processor time of one core)": times["processor_seconds_2048"] < 1,
+        "3: lights and basis in under 10 s each (processor time)": max(light_seconds, basis_seconds) < 10,
     }
     return {
         "white_delta_e": max(designed.white_delta_e),
         "slope": designed.slope,
         "basis_slope": basis.slope,
-        "light_seconds": designed.seconds,
-        "basis_seconds": basis.seconds,
+        "light_processor_seconds": light_seconds,
+        "basis_processor_seconds": basis_seconds,
         "pairs": pairs,
         "photographs": worst | {"compressed_share": found.compressed, "texels_outside": outside},
         "rendered": rendered,
@@ -188,21 +194,30 @@ def _given_lamps(pictures: list[Picture], options: Options) -> dict[str, dict[st
     return rows
 
 
-def _times(designed: LightDesign, color_from_weights: NDArray[np.float64], size: int) -> dict[str, float]:
-    """Seconds to fit size² texels of photographs once lights and basis are known, scaled to 2048²."""
+def _times(designed: LightDesign, basis: TextureBasis, size: int) -> dict[str, float]:
+    """Seconds to design a texture of size² texels of photographs once lights and basis are known, scaled to 2048²."""
     pictures = photographs([], size)
-    wanted = np.concatenate([picture.linear_rows(0, size) for picture in pictures]) * np.float32(0.95) + np.float32(
-        0.02
-    )
-    fitter = Fitter(color_from_weights, (1.0, 1.0))
-    seconds = []
+    bytes_of = [
+        Picture(p.name, np.round(255 * display_rgb_from_linear(p.pixels)).astype(np.uint8))
+        if p.pixels.dtype.kind == "f"
+        else p
+        for p in pictures
+    ]
+    seconds, processor = [], []
     for _ in range(3):
-        started = time.perf_counter()
-        fitter.solve(wanted)
+        started, busy = time.perf_counter(), time.process_time()
+        design_texture(bytes_of, designed.lights, floor=0.02, slope=0.95, basis=basis)
         seconds.append(time.perf_counter() - started)
-    scaled = min(seconds) * (2048 / size) ** 2
-    print(f"{size}² texels in {min(seconds):.2f} s (2048²: {scaled:.2f} s)")
-    return {"size": size, "seconds": min(seconds), "fit_seconds_2048": scaled}
+        processor.append(time.process_time() - busy)
+    scale = (2048 / size) ** 2
+    print(
+        f"{size}² texels, from pictures to weights and losses: {min(processor):.2f} s of processor time, "
+        f"{min(seconds):.2f} s (2048²: {scale * min(processor):.2f} s, {scale * min(seconds):.2f} s)"
+    )
+    return {
+        "size": size, "seconds": min(seconds), "processor_seconds": min(processor),
+        "seconds_2048": scale * min(seconds), "processor_seconds_2048": scale * min(processor),
+    }  # fmt: skip
 
 
 def _realism(options: Options, widths: Iterable[float], shares: Iterable[float]) -> list[dict[str, float]]:
@@ -211,7 +226,7 @@ def _realism(options: Options, widths: Iterable[float], shares: Iterable[float])
     values = np.stack([patch.at(TEXTURE_GRID.wavelengths_nm) for patch in patches])
     rows = []
     for width, share in itertools.product(map(float, widths), map(float, shares)):
-        found = design_lights(led_range(width), daylight_share=share, seconds=1.0 if options.quick else 4.0)
+        found = design_lights(led_range(width), daylight_share=share, iterations=6 if options.quick else 40)
         contrast = (found.floor + found.slope) / found.floor
         off = max(rendering_delta_e(light, values, TEXTURE_GRID) for light in found.lights)
         rows.append({"led_width_nm": width, "daylight_share": share, "contrast": contrast, "rendering_delta_e": off})

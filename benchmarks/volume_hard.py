@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hard cases, counted: every one finite and right against the NumPy oracle, bad voxels refused by index.
 
-Right means: amounts within 60 dB of the oracle's for a 60 dB wish (55 dB where float32 or a jump sets the limit, as
+Right means: amounts within 60 dB of the oracle's for a 60 dB request (55 dB where float32 or a jump sets the limit, as
 listed), transmittance within 2e-3.
 """
 

@@ -166,7 +166,7 @@ def _moved(volume: Volume, shift: np.ndarray) -> "ScalarVolume":
     """The same volume elsewhere."""
     from spectral_core.volume.field import ScalarVolume
 
-    matrix = volume.to_world.copy()
+    matrix = volume.world_from_index.copy()
     matrix[:3, 3] += shift
     return ScalarVolume(volume.name, volume.data, matrix)
 

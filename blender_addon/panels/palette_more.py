@@ -74,6 +74,6 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     wrapped(
         hint, context,
         "A dye takes light in and sends it out at a longer wavelength. Begin the wavelengths under Design below the "
-        "first. Designed and shown here; rendering leaves the light that dyes send out away.",
+        "first. Apply to Scene gives materials their dyes, and rendering shows what these send out.",
         indent=60.0,
     )  # fmt: skip

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panel "Spectrum" of materials, lights, worlds and shader nodes."""
 
+from typing import ClassVar
+
 import bpy
 from bpy.types import ID, Context, Node, UILayout
 
@@ -65,6 +67,43 @@ class SPECTRAL_PT_material_spectrum(_PropertiesPanel, bpy.types.Panel):
         return context.material
 
 
+class SPECTRAL_PT_material_dyes(bpy.types.Panel):
+    """Fluorescent dyes of the active material"""
+
+    bl_label = "Fluorescence"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_parent_id = "SPECTRAL_PT_material_spectrum"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.material is not None
+
+    def draw(self, context: Context) -> None:
+        material = context.material
+        if material is None:
+            return
+        layout = self.layout.column()
+        layout.enabled = is_editable(material)
+        for index, dye in enumerate(material.spectral.dyes):
+            box = layout.box()
+            line = box.row(align=True)
+            line.prop(dye, "excitation_nm", text="In")
+            line.prop(dye, "emission_nm", text="Out")
+            line.operator("spectral.material_dye", text="", icon="X").index = index
+            box.prop(dye, "amount", slider=True)
+        layout.operator("spectral.material_dye", icon="ADD").index = -1
+        hint = layout.column()
+        hint.active = False
+        text = (
+            "A dye takes light in and sends it out at a longer wavelength. Seen where spectra are traced; a violet or "
+            "ultraviolet lamp shows it most."
+        )
+        wrapped(hint, context, text)
+
+
 class SPECTRAL_PT_light_spectrum(_PropertiesPanel, bpy.types.Panel):
     """Spectrum of the active light"""
 
@@ -110,6 +149,7 @@ class SPECTRAL_PT_node_spectrum(_SpectrumPanel, bpy.types.Panel):
 register, unregister = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PT_material_spectrum,
+        SPECTRAL_PT_material_dyes,
         SPECTRAL_PT_light_spectrum,
         SPECTRAL_PT_world_spectrum,
         SPECTRAL_PT_node_spectrum,

@@ -26,7 +26,7 @@ class SPECTRAL_PT_texture(bpy.types.Panel):
             _draw_picture(layout, design, "second", "Under the second light")
         _draw_lights(layout, context, design)
         if design.kind == "ONE":
-            _draw_wishes(layout, design)
+            _draw_wanted_colors(layout, design)
         else:
             _draw_mapping(layout, design)
         layout.prop(design, "folder")
@@ -80,21 +80,21 @@ def _draw_mapping(layout: UILayout, design: PropertyGroup) -> None:
     column.prop(design, "importance", text="First Counts")
 
 
-def _draw_wishes(layout: UILayout, design: PropertyGroup) -> None:
+def _draw_wanted_colors(layout: UILayout, design: PropertyGroup) -> None:
     box = layout.box()
     head = box.row(align=True)
-    head.label(text="Wishes: this color → looks like")
-    head.operator("spectral.texture_wish", text="", icon="ADD").index = -1
-    for index, wish in enumerate(design.wishes):
+    head.label(text="Wanted colors: this color → looks like")
+    head.operator("spectral.texture_wanted_color", text="", icon="ADD").index = -1
+    for index, wanted in enumerate(design.wanted_colors):
         row = box.row(align=True)
-        row.prop(wish, "color", text="")
+        row.prop(wanted, "color", text="")
         row.label(text="", icon="FORWARD")
-        row.prop(wish, "wanted", text="")
-        row.operator("spectral.texture_wish", text="", icon="X").index = index
-        if wish.outcome:
+        row.prop(wanted, "wanted", text="")
+        row.operator("spectral.texture_wanted_color", text="", icon="X").index = index
+        if wanted.outcome:
             row = box.row(align=True)
-            row.label(text=wish.outcome)
-            row.prop(wish, "reached", text="")
+            row.label(text=wanted.outcome)
+            row.prop(wanted, "reached", text="")
 
 
 def _draw_run(layout: UILayout, context: Context, design: PropertyGroup) -> None:

@@ -34,6 +34,24 @@ class SpectralSample(bpy.types.PropertyGroup):
     value: FloatProperty(name="Value", description="Reflectance from 0 to 1, or relative power", precision=4)
 
 
+class SpectralCarriedDye(bpy.types.PropertyGroup):
+    """A fluorescent dye in a material."""
+
+    excitation_nm: FloatProperty(
+        name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=tag,
+        description="Wavelength around which the dye takes light in; 365 and 405 nm are black lights",
+    )  # fmt: skip
+    emission_nm: FloatProperty(
+        name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=tag,
+        description="Wavelength around which the dye sends light out; longer than where it takes it in",
+    )  # fmt: skip
+    amount: FloatProperty(
+        name="Amount", default=0.3, min=0.0, max=1.0, precision=3, update=tag,
+        description="Share of the power that comes at the first wavelength which is sent out at the second. What is "
+        "reflected there and sent out together is at most all of the light, photon for photon",
+    )  # fmt: skip
+
+
 class SpectralSpectrum(bpy.types.PropertyGroup):
     """A spectrum, where it came from, and its values."""
 
@@ -76,10 +94,11 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         ],
     )  # fmt: skip
     samples: CollectionProperty(type=SpectralSample, name="Values")
+    dyes: CollectionProperty(type=SpectralCarriedDye, name="Dyes")
     message: StringProperty(name="Message", description="Error of the choice; empty if none")
 
 
-CLASSES = (SpectralSample, SpectralSpectrum)
+CLASSES = (SpectralSample, SpectralCarriedDye, SpectralSpectrum)
 CARRIERS = ("Material", "Light", "World", "ShaderNode")
 
 

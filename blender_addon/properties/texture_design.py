@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.texture``: two pictures for one surface, or one with wishes; the lights; what came out."""
+"""``scene.spectral.texture``: two pictures for one surface, or one with wanted colors; the lights; what came out."""
 
 import bpy
 from bpy.props import (
@@ -38,7 +38,7 @@ TEXTURE_FIELDS = by_name(
     Field(
         "spectra", IntProperty, "spectra", name="Spectra", default=6, min=6, max=8,
         description="Reflectances that are mixed at every texel, each a channel. More keep more contrast under "
-        "given lamps and meet more wishes",
+        "given lamps and meet more wanted colors",
     ),
     Field(
         "importance", FloatProperty, "importance", name="First over Second", default=1.0, min=0.01, soft_max=25.0,
@@ -63,7 +63,7 @@ def _nothing(_self: object, _context: object) -> None:
     """A setting counts when the texture is designed, not before."""
 
 
-class SpectralTextureWish(bpy.types.PropertyGroup):
+class SpectralTextureWantedColor(bpy.types.PropertyGroup):
     """A color of the picture, and how it should look under the second light."""
 
     color: FloatVectorProperty(
@@ -94,7 +94,7 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
         name="Pictures", default="TWO", description="What the surface shows",
         items=[
             ("TWO", "A Picture for Each Light", "Two unrelated pictures, one under each light", 0),
-            ("ONE", "One Picture with Wishes", "One picture, some of whose colors change under the second light", 1),
+            ("ONE", "One Picture with Wanted Colors", "One picture; some colors change under the second light", 1),
         ],
     )  # fmt: skip
     first: PointerProperty(
@@ -104,7 +104,7 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
         type=bpy.types.Image, name="Second Picture",
         description="What the surface shows under the second light; of the same size as the first",
     )  # fmt: skip
-    wishes: CollectionProperty(type=SpectralTextureWish)
+    wanted_colors: CollectionProperty(type=SpectralTextureWantedColor)
     lights: EnumProperty(
         name="Lights", default="DESIGNED", description="Whether the lights are free",
         items=[
@@ -143,6 +143,6 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (SpectralTextureWish, SpectralTextureLight, SpectralTextureDesign)
+CLASSES = (SpectralTextureWantedColor, SpectralTextureLight, SpectralTextureDesign)
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -48,12 +48,12 @@ def project_of(design: PropertyGroup, folder: Path) -> TextureProject:
         )
     if design.kind == "ONE":
         values["spectra"] = max(values["spectra"], 8)
-    wishes = tuple(
-        Pin(linear_from_display_rgb(wish.color), linear_from_display_rgb(wish.wanted))
-        for wish in (design.wishes if design.kind == "ONE" else ())
+    wanted_colors = tuple(
+        Pin(linear_from_display_rgb(row.color), linear_from_display_rgb(row.wanted))
+        for row in (design.wanted_colors if design.kind == "ONE" else ())
     )
     files = tuple(_file_of(image, folder, number) for number, image in enumerate(images, 1))
-    return TextureProject(files, lights, wishes, TextureSettings(**values))
+    return TextureProject(files, lights, wanted_colors, TextureSettings(**values))
 
 
 def _light(design: PropertyGroup, number: int) -> Illuminant:

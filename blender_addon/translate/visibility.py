@@ -23,9 +23,9 @@ def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
     return getattr(getattr(owner, "cycles", None), name, fallback)
 
 
-def hidden_from(thing: Any) -> Rays:
+def hidden_from(obj: Any) -> Rays:
     """Kinds of rays that an object's ray visibility switches off."""
-    return _bits(thing, FLAGS)
+    return _bits(obj, FLAGS)
 
 
 def world_hidden_from(world: Any) -> Rays:
@@ -56,30 +56,30 @@ class Linking:
             if collection is not None:
                 table[light] = _members(collection)
 
-    def unlit_by(self, thing: Any) -> tuple[str, ...]:
+    def unlit_by(self, obj: Any) -> tuple[str, ...]:
         """Names of the lights that do not light an object (an original one)."""
-        return _outside(self._receivers.items(), thing)
+        return _outside(self._receivers.items(), obj)
 
-    def clear_for(self, thing: Any) -> tuple[str, ...]:
+    def clear_for(self, obj: Any) -> tuple[str, ...]:
         """Names of the lights that an object casts no shadow for."""
-        return _outside(self._blockers.items(), thing)
+        return _outside(self._blockers.items(), obj)
 
 
 def _members(collection: Any) -> tuple[set[Any], set[Any]]:
     """Session numbers of the objects that a linking collection includes, and of those that it excludes."""
     included: set[Any] = set()
     excluded: set[Any] = set()
-    for thing, entry in zip(collection.objects, collection.collection_objects, strict=False):
+    for obj, entry in zip(collection.objects, collection.collection_objects, strict=False):
         side = excluded if entry.light_linking.link_state == "EXCLUDE" else included
-        side.add(thing.original.session_uid)
+        side.add(obj.original.session_uid)
     for child, entry in zip(collection.children, collection.collection_children, strict=False):
         side = excluded if entry.light_linking.link_state == "EXCLUDE" else included
-        side.update(thing.original.session_uid for thing in child.all_objects)
+        side.update(obj.original.session_uid for obj in child.all_objects)
     return included, excluded
 
 
-def _outside(linked: Iterable[tuple[str, tuple[set[Any], set[Any]]]], thing: Any) -> tuple[str, ...]:
-    number = thing.original.session_uid
+def _outside(linked: Iterable[tuple[str, tuple[set[Any], set[Any]]]], obj: Any) -> tuple[str, ...]:
+    number = obj.original.session_uid
     return tuple(
         light for light, (included, excluded) in linked if number in excluded or (included and number not in included)
     )

@@ -25,26 +25,26 @@ NO_TRANSFER = (
 )
 
 
-def translate_volume(found: Collected, thing: Any, instance: Any) -> None:
+def translate_volume(found: Collected, obj: Any, instance: Any) -> None:
     """Add the VolumeObject of an evaluated Volume object; what cannot be shown is left out with a Note."""
-    data = thing.data
+    data = obj.data
     settings = getattr(data, "spectral", None)
     if settings is None or not settings.enabled:
-        found.translation.note(thing.name, NO_TRANSFER)
+        found.translation.note(obj.name, NO_TRANSFER)
         return
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     try:
         volume = voxels_of(data)
-        placed = ScalarVolume(thing.name, volume.data, matrix @ volume.to_world)
+        placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
         stated = volume_looks.stated_transfer(data, found.translation.rgb_from_working)
         transfer = stated.for_volume(placed, volume_looks.value_range(data))
     except SpectralError as error:
         raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and goes on
     found.volumes.append(
         VolumeObject(
-            found.unique("volume", thing.name_full),
+            found.unique("volume", obj.name_full),
             placed.data,
-            placed.to_world,
+            placed.world_from_index,
             transfer,
             **look_of(settings),
         )

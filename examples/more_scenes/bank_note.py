@@ -47,7 +47,7 @@ def starred(note: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def note() -> TextureDesign:
     """The texture and its two white lights, of LEDs that are 30 nm wide and a fifth daylight."""
-    lights = design_lights(led_range(30.0), daylight_share=0.2, seconds=6.0).lights
+    lights = design_lights(led_range(30.0), daylight_share=0.2).lights
     plain = engraving()
     pictures = [Picture("plain", plain), Picture("starred", starred(plain))]
     return design_texture(pictures, lights, floor=0.1, slope=0.75, count=8)

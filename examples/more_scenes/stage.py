@@ -44,7 +44,7 @@ def sea(size: int = 512) -> NDArray[np.uint8]:
 
 def design() -> tuple[tuple[Illuminant, Illuminant], SpectralTexture, list[Reflectance]]:
     """Lamps, backdrop and costumes."""
-    lights = design_lights(led_range(20.0), seconds=6.0).lights
+    lights = design_lights(led_range(20.0)).lights
     backdrop = design_texture([Picture("hills", hills()), Picture("sea", sea())], lights)
     columns = tuple(PaletteLight(normalized(light, luminance=1.0)) for light in lights)
     cells = tuple((Cell.fixed(first), Cell.fixed(second)) for first, second in COSTUMES.values())

@@ -41,7 +41,7 @@ def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: 
 
 
 def figures_of(outcome: TextureOutcome) -> dict[str, Any]:
-    """What the report holds: contrast, losses, whites for other eyes, wishes."""
+    """What the report holds: contrast, losses, whites for other eyes, wanted colors."""
     from spectral_core.palette.texture.realism import white_differences
 
     design = outcome.design
@@ -72,13 +72,13 @@ def figures_of(outcome: TextureOutcome) -> dict[str, Any]:
             "white_delta_e": list(outcome.designed_lights.white_delta_e),
             "light_seconds": outcome.designed_lights.seconds,
         }
-    if outcome.wishes:
-        figures["wishes"] = [
+    if outcome.wanted_colors:
+        figures["wanted_colors"] = [
             {
-                "color": wish.color.tolist(), "delta_e": wish.delta_e, "reachable": wish.reachable,
-                "nearest": wish.nearest.tolist(), "delta_e_to_nearest": wish.delta_e_nearest,
+                "color": each.color.tolist(), "delta_e": each.delta_e, "reachable": each.reachable,
+                "nearest": each.nearest.tolist(), "delta_e_to_nearest": each.delta_e_nearest,
             }
-            for wish in outcome.wishes
+            for each in outcome.wanted_colors
         ]  # fmt: skip
     return figures
 
@@ -107,9 +107,9 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
             f"{loss.name}: ΔE2000 mean {loss.mean:.3f}, 99 % {loss.p99:.2f}, largest {loss.largest:.2f}; "
             f"details kept {loss.contrast:.2f}, ghost of the other picture {loss.ghost:.3f}"
         )
-    for number, wish in enumerate(outcome.wishes, 1):
-        nearest = "" if wish.reachable else f"; these spectra reach at best {np.round(wish.nearest, 3).tolist()}"
-        print(f"wish {number}: ΔE2000 {wish.delta_e:.2f}{nearest}")
+    for number, each in enumerate(outcome.wanted_colors, 1):
+        nearest = "" if each.reachable else f"; these spectra reach at best {np.round(each.nearest, 3).tolist()}"
+        print(f"wanted color {number}: ΔE2000 {each.delta_e:.2f}{nearest}")
     if max(loss.mean for loss in design.losses) > NOTICED_DELTA_E:
         print(
             "these lights cannot show both pictures with this contrast: lower --slope, raise --floor, give --exact, "

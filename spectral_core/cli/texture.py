@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Put two pictures into one surface: the second appears when the light changes.
 
-Without --light, two white lights are designed along, under which the pictures can be unrelated. With two lights given
-by name or file, the contrast that they allow is stated first. One picture and two lights take wishes: --wish '#a02020'
-'#604020' says that this red should look brown under the second light. A document (.toml or .json, see examples/) states
-the same. Writes into the output folder: texture.exr (weights and spectra), lights.csv, what each light shows
-(shown_1.png, shown_2.png), what was lost (lost_1.png, lost_2.png; white is ΔE2000 10 or more) and report.json.
+Without --light, two white lights are designed as well, under which the pictures can be unrelated. With two lights given
+by name or file, the contrast that they allow is printed first. One picture and two lights take wanted colors:
+--want '#a02020' '#604020' says that this red should look brown under the second light. A document (.toml or .json, see
+examples/) states the same. Writes into the output folder: texture.exr (weights and spectra), lights.csv, the picture
+under each light (shown_1.png, shown_2.png), its errors (lost_1.png, lost_2.png; white is ΔE2000 10 or more) and
+report.json.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="PICTURE",
-        help="two pictures of one size, one with wishes, or a document",
+        help="two pictures of one size, one with wanted colors, or a document",
     )
     parser.add_argument("--out", type=Path, default=Path("out/texture"), help="folder to write to (out/texture)")
     parser.add_argument("--light", action="append", default=[], metavar="NAME", help="catalog name or file; give two")
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--led-width", type=float, default=20.0, metavar="NM", help="width of the LEDs, 5 to 60 nm (20)"
     )
     parser.add_argument(
-        "--wish", nargs=2, action="append", default=[], metavar=("COLOR", "WANTED"),
+        "--want", "--wish", nargs=2, dest="wanted", action="append", default=[], metavar=("COLOR", "WANTED"),
         help="one picture: this color should look like that one under the second light, both as #rrggbb",
     )  # fmt: skip
     parser.add_argument("--progress", action="store_true", help="print a line 'progress SHARE WHAT' for each step")
@@ -81,7 +82,7 @@ def _project(arguments: argparse.Namespace) -> TextureProject:
     )  # fmt: skip
     return TextureProject(
         tuple(arguments.pictures), tuple(_light(name) for name in arguments.light),
-        tuple(Pin(decoded_color(color), decoded_color(wanted)) for color, wanted in arguments.wish), settings,
+        tuple(Pin(decoded_color(color), decoded_color(wanted)) for color, wanted in arguments.wanted), settings,
     )  # fmt: skip
 
 

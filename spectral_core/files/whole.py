@@ -59,7 +59,7 @@ def whole_file(
     FileWriteError
         The disk is full, the folder is absent or closed to this user, or ``check`` failed; ``path`` is as it was.
     InvalidInputError
-        ``path`` is a folder, a device or another thing that no file can replace.
+        ``path`` is a folder, a device or another entry that no file can replace.
     """
     target = Path(path)
     _require_replaceable(target)

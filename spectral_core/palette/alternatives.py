@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Different answers to one palette: all show what was asked as well as the solution does, and differ elsewhere.
+"""Different answers to one palette: all meet the requests as well as the solution does, and differ elsewhere.
 
-Where wishes leave reflectances free, one solution is one of many. Those that differ most as an eye sees them are found:
-under the lights whose cells are free or ignored, or else under other common lamps. For "distinct" cells the ends of the
-local searches are the alternatives.
+Where requests leave reflectances free, one solution is one of many. The search finds those that differ most in color
+under the lights whose cells are free or ignored; if there are none, under other common lamps. For "distinct" cells the
+alternatives are the ends of the local searches.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def _chosen(tried: Sequence[PaletteSolution], count: int, names: Sequence[str]) 
         nearest = differences[:, chosen].min(axis=1)
         best = int(nearest.argmax())
         if nearest[best] < 0.5:
-            break  # the wishes leave nothing more that an eye could tell apart
+            break  # the requests leave nothing more that an eye could tell apart
         chosen.append(best)
     return tuple(Alternative(tried[k], float(differences[0, k]), tuple(names)) for k in chosen)
 

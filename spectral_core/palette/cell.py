@@ -31,7 +31,7 @@ class CellMode(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
-    """The wish for one reflectance under one light. Make one with the class methods; they name what each mode needs."""
+    """The request for one reflectance under one light. Its class methods name the arguments of each mode."""
 
     mode: CellMode = CellMode.IGNORE
     target: Array | None = None
@@ -120,7 +120,7 @@ class Cell:
 
     @classmethod
     def ignore(cls) -> Self:
-        """No wish."""
+        """No request."""
         return cls()
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.wishes import Group, Wishes
+from spectral_core.palette.assemble.requests import Group, Requests
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
@@ -38,20 +38,20 @@ class CellErrors:
         return max(float(np.nanmax(self.delta_e_2000, initial=0.0)), self.worst_pair_delta_e_2000)
 
 
-def cell_errors(problem: PaletteProblem, wishes: Wishes, shown: Sequence[Array]) -> CellErrors:
+def cell_errors(problem: PaletteProblem, requests: Requests, shown: Sequence[Array]) -> CellErrors:
     """Compare every cell with what it asks for.
 
     Parameters
     ----------
     problem
         The palette.
-    wishes
-        Its cells as read by ``compiled_wishes``.
+    requests
+        Its cells as read by ``compiled_requests``.
     shown
-        Linear RGB (R, L, 3) of all cells, one array per condition of ``wishes``.
+        Linear RGB (R, L, 3) of all cells, one array per condition of ``requests``.
     """
     shape = shown[0].shape[:2]
-    comparisons = _comparisons(problem, wishes, shown)
+    comparisons = _comparisons(problem, requests, shown)
     target, error = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
     if comparisons:
         actual = np.array([shown[condition][cell] for cell, condition, _ in comparisons])
@@ -63,7 +63,7 @@ def cell_errors(problem: PaletteProblem, wishes: Wishes, shown: Sequence[Array])
                 target[cell] = color
             if first or difference > error[cell]:
                 error[cell] = difference
-    pairs = [_worst_pair(group, colors) for group in wishes.groups for colors in shown]
+    pairs = [_worst_pair(group, colors) for group in requests.groups for colors in shown]
     return CellErrors(target, error, max(pairs, default=0.0))
 
 
@@ -71,12 +71,12 @@ Comparison = tuple[CellIndex, int, Array]
 """Cell, condition, and the color that it is compared with."""
 
 
-def _comparisons(problem: PaletteProblem, wishes: Wishes, shown: Sequence[Array]) -> list[Comparison]:
+def _comparisons(problem: PaletteProblem, requests: Requests, shown: Sequence[Array]) -> list[Comparison]:
     """Everything that cells ask; comparisons of condition 0 come before the others of the same cell."""
-    found: list[Comparison] = [(target.cell, 0, target.color) for target in wishes.targets]
-    found += [(black.cell, number, black.color) for number in range(1, len(shown)) for black in wishes.blacks]
-    own = {target.cell for target in wishes.targets}
-    for group in wishes.groups:
+    found: list[Comparison] = [(target.cell, 0, target.color) for target in requests.targets]
+    found += [(black.cell, number, black.color) for number in range(1, len(shown)) for black in requests.blacks]
+    own = {target.cell for target in requests.targets}
+    for group in requests.groups:
         for i, j in group.members:
             if (i, j) in own:
                 continue

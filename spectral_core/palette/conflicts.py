@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
-from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.arrow import CAP, Factors, median_weight, squared
 from spectral_core.palette.qp.elastic import softened
@@ -47,8 +47,8 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
 
     Empty for a palette that is solved. The errors without a cell are predicted with the active bounds held.
     """
-    wishes = compiled_wishes(solution.problem)
-    missed = _missed(solution, wishes)
+    requests = compiled_requests(solution.problem)
+    missed = _missed(solution, requests)
     if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not missed or not _record(solution):
         return ()
     relief: dict[CellIndex, dict[CellIndex, float]] = {cell: {} for cell in missed}
@@ -56,7 +56,7 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
         if answer.values and np.all(np.isfinite(np.concatenate(answer.values))):
             responses = Responses.of(assembled, answer)
             for cell in missed:
-                for other, error in _relief(solution, wishes, side, responses, cell).items():
+                for other, error in _relief(solution, requests, side, responses, cell).items():
                     relief[cell][other] = min(error, relief[cell].get(other, np.inf))
     return tuple(_explained(solution, cell, error, relief[cell]) for cell, error in missed.items())
 
@@ -92,9 +92,9 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     return ()
 
 
-def _missed(solution: PaletteSolution, wishes: Wishes) -> dict[CellIndex, float]:
+def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, float]:
     """The worst cells that miss what they ask, with their error; exact ones that are broken before all others."""
-    broken = set(exact_error(wishes, solution.actual_linear_rgb)[1])
+    broken = set(exact_error(requests, solution.actual_linear_rgb)[1])
     errors = solution.delta_e_2000
     cells = [(int(i), int(j)) for i, j in np.argwhere(np.isfinite(errors))]
     missed = [cell for cell in cells if cell in broken or errors[cell] > VISIBLE_DELTA_E]
@@ -189,16 +189,16 @@ class Responses:
 
 
 def _relief(
-    solution: PaletteSolution, wishes: Wishes, side: Side, responses: Responses, cell: CellIndex
+    solution: PaletteSolution, requests: Requests, side: Side, responses: Responses, cell: CellIndex
 ) -> dict[CellIndex, float]:
     """ΔE2000 of a cell with each other cell of its spectrum, or of its group, released."""
     if cell not in responses.rows:
         return {}
     problem = solution.problem
-    group = next((set(group.members) for group in wishes.groups if cell in group.members), set())
+    group = next((set(group.members) for group in requests.groups if cell in group.members), set())
     axis = 0 if side == "reflectances" else 1
     others = [other for other in responses.rows if other != cell and (other[axis] == cell[axis] or other in group)]
-    target = next((each.color for each in wishes.targets if each.cell == cell), None)
+    target = next((each.color for each in requests.targets if each.cell == cell), None)
     pairs, owners = [], []
     for other in others:
         references = [at for at in _references(problem, cell, group) if at != other]

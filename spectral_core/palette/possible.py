@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Possible? What a cell of a palette can show, before anything is solved: the set, the nearest color, what hinders it.
 
-Exact cells of the same row must hold; wishes that are not exact may give way, and are not counted.
+Exact cells of the same row must hold; requests that are not exact may give way, and are not counted.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SECTION_LIMIT = 110.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PossibleColors:
-    """What cell ``index`` can show. ``held``: exact cells of its row; ``open``: wishes there that may give way."""
+    """What cell ``index`` can show. ``held``: exact cells of its row; ``open``: its other cells, which may give way."""
 
     index: CellIndex
     reach: CellReach
@@ -121,17 +121,17 @@ def possible_colors(
         )
     spectra = list(lights) if lights is not None else [light.spectrum for light in problem.lights]
     colors = None if actual is None else np.asarray(actual, dtype=np.float64)
-    held, open_wishes, exact = [], [], []
+    held, open_cells, exact = [], [], []
     for other, cell in enumerate(problem.cells[row]):
         if other == column or cell.mode in (CellMode.IGNORE, CellMode.FREE):
             continue
         if not cell.exact:
-            open_wishes.append((row, other))
+            open_cells.append((row, other))
             continue
         held.append((row, other))
         exact.append((spectra[other], _wanted(cell, (row, other), colors)))
     reach = CellReach(spectra[column], problem.grid, exact, scale=None)
-    return PossibleColors(index, reach, tuple(held), tuple(open_wishes), spectra[column], tuple(exact))
+    return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact))
 
 
 def _wanted(cell: Cell, place: CellIndex, actual: Array | None) -> Array:

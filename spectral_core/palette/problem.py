@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is asked of a palette: lights in columns, reflectances in rows, and a wish for each cell where they meet.
+"""The design problem of a palette: lights in columns, reflectances in rows, and a request in each cell.
 
 Colors are linear sRGB, relative to a perfect white under a light of luminance 1 (see ``spectral_core.spectra.observer
 .normalized``). A light of luminance 6 makes a reflectance of 1/6 as bright as white: the thesis' way (section 5.4.1)
@@ -46,12 +46,12 @@ class PaletteLight:
         for name in ("primaries", "variants"):
             object.__setattr__(self, name, sequence_of(f"{name} of light {self.name!r}", getattr(self, name)))
             require_kind(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
-        wishes = {
+        requests = {
             "primaries": bool(self.primaries),
             "white_xyz": self.white_xyz is not None,
             "luminance": self.luminance is not None,
         }
-        given = [word for word, asked in wishes.items() if asked]
+        given = [word for word, asked in requests.items() if asked]
         if given and not self.free:
             raise InvalidInputError(
                 f"light {self.name!r} is fixed, so {', '.join(given)} cannot be asked of it; free it"
@@ -108,7 +108,7 @@ class SubspaceCriterion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaletteProblem:
-    """Lights, reflectances, a wish per cell, and how the wishes are weighed. Build one, or take a preset."""
+    """Lights, reflectances, a request per cell, and the weights of the requests. Build one, or take a preset."""
 
     grid: SpectralGrid
     lights: tuple[PaletteLight, ...]
@@ -211,10 +211,10 @@ class PaletteProblem:
         """The same problem with one cell replaced."""
         return self.with_cells({index: cell})
 
-    def with_cells(self, wishes: Mapping[CellIndex, Cell]) -> Self:
+    def with_cells(self, cells: Mapping[CellIndex, Cell]) -> Self:
         """The same problem with some cells replaced. Raises InvalidInputError for cells outside the table."""
         rows = [list(row) for row in self.cells]
-        for (i, j), cell in wishes.items():
+        for (i, j), cell in cells.items():
             if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
             self._check_cell(i, j, cell)

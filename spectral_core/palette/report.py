@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM, second_differences
+from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.optimality import Check
@@ -33,9 +33,9 @@ WHITE_LIMIT = 1e-6
 
 def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteSolution:
     """The solution that ``state`` is."""
-    problem, wishes = builder.problem, builder.wishes
+    problem, requests = builder.problem, builder.requests
     actual = state.colors()
-    errors = state_errors(problem, wishes, state)
+    errors = state_errors(problem, requests, state)
     wanted, error = errors.target_linear_rgb, errors.delta_e_2000
     bounds = bound_violation(problem, state)
     whites = unreachable_whites(problem, state)
@@ -52,7 +52,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
         actual_linear_rgb=actual,
         delta_e_2000=error,
         residuals=criterion_residuals(builder, state, wanted, actual)
-        | ({"worst_pair_delta_e_2000": errors.worst_pair_delta_e_2000} if wishes.groups else {})
+        | ({"worst_pair_delta_e_2000": errors.worst_pair_delta_e_2000} if requests.groups else {})
         | _worst_case_left(trace),
         kkt_residual=trace.joint.kkt,
         bound_violation=bounds,
@@ -74,9 +74,9 @@ def _worst_case_left(trace: SolveTrace) -> dict[str, float]:
     return {} if trace.worst_case_left is None else {"worst_case_left": trace.worst_case_left}
 
 
-def state_errors(problem: PaletteProblem, wishes: Wishes, state: PaletteState) -> CellErrors:
+def state_errors(problem: PaletteProblem, requests: Requests, state: PaletteState) -> CellErrors:
     """What every cell misses at a state, over all observers and variants."""
-    return cell_errors(problem, wishes, [state.colors(condition) for condition in wishes.conditions])
+    return cell_errors(problem, requests, [state.colors(condition) for condition in requests.conditions])
 
 
 def unreachable_whites(problem: PaletteProblem, state: PaletteState) -> list[int]:
@@ -107,7 +107,7 @@ def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
 def invisible_lights(builder: Assembler, state: PaletteState) -> list[int]:
     """Lights in whose column a color other than black is asked, but which show none on this grid."""
     sensed = np.abs(state.light_matrices()[0]).max(axis=(1, 2))
-    asked = {t.cell[1] for t in builder.wishes.targets if np.any(t.color)}
+    asked = {t.cell[1] for t in builder.requests.targets if np.any(t.color)}
     return [j for j in sorted(asked) if sensed[j] < 1e-12]
 
 
@@ -124,16 +124,16 @@ def bound_violation(problem: PaletteProblem, state: PaletteState) -> float:
     return worst
 
 
-def exact_error(wishes: Wishes, actual: Array) -> tuple[float, list[CellIndex]]:
-    """How far the exact cells are from their wish, in linear RGB, and which are."""
+def exact_error(requests: Requests, actual: Array) -> tuple[float, list[CellIndex]]:
+    """Largest distance of an exact cell from its target, in linear RGB, and the cells that miss theirs."""
     worst, missed = 0.0, []
-    for target in wishes.targets:
+    for target in requests.targets:
         if target.exact:
             error = float(np.abs(actual[target.cell] - target.color).max())
             worst = max(worst, error)
             if error > EXACT_LIMIT:
                 missed.append(target.cell)
-    for group in wishes.groups:
+    for group in requests.groups:
         held = [cell for cell, exact in zip(group.members, group.exact, strict=True) if exact]
         for cell in held:
             inside = np.clip(actual[held[0]], group.box[0], group.box[1])
@@ -148,7 +148,7 @@ def _status(
     builder: Assembler, state: PaletteState, trace: SolveTrace, bounds: float, errors: CellErrors
 ) -> PaletteStatus:
     answers = trace.answers.values()
-    worst, _ = exact_error(builder.wishes, state.colors())
+    worst, _ = exact_error(builder.requests, state.colors())
     if worst > EXACT_LIMIT or any(answer.infeasible for answer in answers):
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What became of a palette's wishes: spectra, colors, errors, and how far the answer can be trusted."""
+"""What became of a palette's requests: spectra, colors, errors, and how far the answer can be trusted."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PaletteStatus(StrEnum):
 
     @property
     def trusted(self) -> bool:
-        """Whether the answer passed the checks of optimality and bounds, and every exact wish holds."""
+        """Whether the answer passed the checks of optimality and bounds, and every exact cell holds."""
         return self in (PaletteStatus.SOLVED, PaletteStatus.COMPROMISE)
 
     @property
@@ -67,7 +67,7 @@ REMEDIES = {
 
 @dataclass(frozen=True, slots=True)
 class Conflict:
-    """A cell that misses its wish, and the cell whose release would help it most."""
+    """A cell that misses its target, and the cell whose release would help it most."""
 
     cell: CellIndex
     delta_e_2000: float

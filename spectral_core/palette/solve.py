@@ -11,9 +11,9 @@ from __future__ import annotations
 from time import perf_counter
 
 from spectral_core.checks import require_range
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.conflicts import with_conflicts
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
 from spectral_core.palette.design.whole import SECONDS, brightened_to_fit, designed
@@ -57,10 +57,10 @@ def solve_palette(
     if wants_distinct(problem):
         return solve_distinct(problem, warm=warm)
     started = perf_counter()
-    wishes = compiled_wishes(problem)
-    assembler = Assembler(problem, wishes)
+    requests = compiled_requests(problem)
+    assembler = Assembler(problem, requests)
     state = initial_state(problem, None if warm is None else warm.state)
-    trace = SolveTrace(notes=list(wishes.notes))
+    trace = SolveTrace(notes=list(requests.notes))
     if problem.scale_lights:
         state = brightened_to_fit(assembler, state, trace)
     fresh = warm is None or not _continues(state, warm)

@@ -15,6 +15,7 @@ from spectral_core.render.denoise import Guides
 from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
+from spectral_core.render.mitsuba_scene.fluorescent import IN_MEDIA, emission_spectra, reradiation
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.units import in_working_units
@@ -38,6 +39,10 @@ MEDIA_LIMITS = (
     "clamping and caustics have no limits of their own"
 )
 """What our own paths do and Mitsuba's paths through media do not."""
+DYES_IN_BANDS = (
+    "dyes send light out at other wavelengths than it comes at, so the stored bands hold for lamps of the spectra that "
+    "they are recorded with; record Mixtures for any other"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,16 +100,18 @@ class RenderJob:
         self.variant = backend.variant
         self._mitsuba = activate(backend)
         wavelengths = None
+        lights = list(measure.sampling_lights or light_spectra(self.scene)) if plan.is_spectral else []
         if plan.is_spectral:
-            lights = measure.sampling_lights or light_spectra(self.scene)
             wavelengths = plan_wavelengths(
-                lights,
+                [*lights, *emission_spectra(self.scene)],
                 measure.bands,
                 disperses=plan.is_on("dispersion"),
                 follow_bands=measure.sampling_lights is None,
             )
         self._wavelengths = wavelengths
         self._loaded_notes: tuple[Note, ...] = size_note(radius)
+        if measure.bands is not None and measure.groups and plan.is_on("fluorescence"):
+            self._loaded_notes += (Note("Fluorescence", DYES_IN_BANDS),)
         try:
             own_paths = not plan.is_on("media") and not self.scene.volumes
             self._loaded = load_scene(
@@ -116,6 +123,8 @@ class RenderJob:
                 own_lights=own_paths and not measure.movable,
                 even=bool(measure.groups) or measure.sampling_lights is not None,
             )
+            teeth = 4 if wavelengths is None else wavelengths.teeth
+            self._loaded.rules.reradiation = reradiation(self._loaded.parts.context, lights, teeth)
             self._integrators = self._load_integrators(groups=bool(measure.groups))
             self._first_hit = FirstHit(
                 self._mitsuba,
@@ -170,6 +179,7 @@ class RenderJob:
         """What follows light between surfaces: our own paths, Mitsuba's where it scatters inside media."""
         plan, limits = self.plan, self.scene.settings.light_paths
         if plan.is_on("media"):
+            self._loaded_notes += tuple(Note(name, IN_MEDIA) for name in self._loaded.parts.context.dyed)
             if self._loaded.rules.need_paths or limits.is_tight:
                 self._loaded_notes += (Note("Light paths", MEDIA_LIMITS),)
             depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1

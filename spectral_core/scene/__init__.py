@@ -2,6 +2,7 @@
 """One scene, described once as plain frozen data: Blender fills it, a script may, a sweep sends it elsewhere."""
 
 from spectral_core.scene.camera import Camera, Film
+from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.leaves import (
     Weight,
@@ -60,6 +61,7 @@ __all__ = [
     "Emission",
     "Falloff",
     "Film",
+    "Fluorescent",
     "Glass",
     "Glossy",
     "ImageTexture",

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,7 +30,7 @@ class Attribute:
         object.__setattr__(self, "values", values)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
 class Mesh:
     """Triangles in object space.
 
@@ -73,6 +74,29 @@ class Mesh:
             raise InvalidInputError(
                 f"mesh {self.name!r} names vertex {int(self.triangles.max())} but has {vertex_count} vertices, from 0"
             )
+
+
+_boxes: weakref.WeakKeyDictionary[Mesh, NDArray[np.float64]] = weakref.WeakKeyDictionary()
+"""Boxes of meshes that were asked for: a live view asks for all of them after every edit."""
+_CORNERS = np.array([(x, y, z) for y in (0, 1) for x in (0, 1) for z in (0, 1)])
+
+
+def box_of(mesh: Mesh) -> NDArray[np.float64]:
+    """(8, 3) corners of the box around a mesh, in object space; (0, 3) for one without vertices."""
+    if not len(mesh.positions):
+        return np.zeros((0, 3))
+    found = _boxes.get(mesh)
+    if found is None:
+        found = corners_of(mesh.positions)
+        found.flags.writeable = False
+        _boxes[mesh] = found
+    return found
+
+
+def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:
+    """(8, 3) corners of the box around points (n, 3)."""
+    ends = np.array([points.min(axis=0), points.max(axis=0)], dtype=np.float64)
+    return ends[_CORNERS, np.arange(3)]
 
 
 def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = None) -> NDArray[Any]:

@@ -84,11 +84,11 @@ def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
     instances: list[Instance] = []
     used: set[str] = set()
     for instance in scene.instances:
-        worn = instance.materials
-        if not glows(instance.group) and dark.keys() & set(worn):
-            worn = tuple(_dark_name(name, names) if name in dark else name for name in worn)
+        assigned = instance.materials
+        if not glows(instance.group) and dark.keys() & set(assigned):
+            assigned = tuple(_dark_name(name, names) if name in dark else name for name in assigned)
             used.update(name for name in instance.materials if name in dark)
-        instances.append(replace(instance, materials=worn))
+        instances.append(replace(instance, materials=assigned))
     extra = tuple(replace(dark[name], name=_dark_name(name, names)) for name in sorted(used))
     return replace(
         scene,

@@ -21,7 +21,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Something a user must know about the scene, said once: ``subject`` is the thing's name as the user knows it."""
+    """Something a user must know about the scene, said once: ``subject`` is the name that the user knows."""
 
     subject: str
     message: str

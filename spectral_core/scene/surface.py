@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from spectral_core.checks import require_range
+from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.paint import Color, Paint, Scalar, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
@@ -179,7 +180,19 @@ class AddSurface:
     second: Surface
 
 
-Closure = Diffuse | Glossy | Glass | Translucent | Toon | Metal | Transparent | Emission | Principled | Subsurface
+Closure = (
+    Diffuse
+    | Glossy
+    | Glass
+    | Translucent
+    | Toon
+    | Metal
+    | Transparent
+    | Emission
+    | Principled
+    | Subsurface
+    | Fluorescent
+)
 Surface = Closure | MixSurface | AddSurface
 
 

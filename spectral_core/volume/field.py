@@ -4,7 +4,7 @@
 Convention: ``data[i, j, k]`` is the value at the *centre* of voxel (i, j, k); the centre has index coordinates
 (i, j, k), x first. A voxel is one unit wide, so the field fills the index box [-0.5, n - 0.5] on each axis. Between
 centres the field is trilinear; in the outer half voxel it keeps the value of the face (a texture's clamp). So a
-volume of a single slice is a slab one voxel thick, not nothing. ``to_world`` takes index coordinates to world
+volume of a single slice is a slab one voxel thick, not nothing. ``world_from_index`` takes index coordinates to world
 coordinates and may scale, shear, rotate and mirror.
 """
 
@@ -27,19 +27,19 @@ class ScalarVolume:
 
     ``data`` has shape (nx, ny, nz), each at least 1, any integer or float type, and keeps that type and its memory
     order (x fastest, as most files store it, is the order that renders without a second copy). A writeable array
-    is copied; an array that is read-only already is taken as it is. ``to_world`` is a 4×4 affine matrix from index
+    is copied; a read-only array is used without a copy. ``world_from_index`` is a 4×4 affine matrix from index
     coordinates (see the module) to world coordinates, default identity. Raises InvalidInputError for another
-    shape or type, for an empty axis, for NaN or Inf (the first bad voxel is named by index) and for a matrix that
+    shape or type, for an empty axis, for NaN or Inf (the message names the first bad voxel) and for a matrix that
     is not affine or not invertible.
     """
 
     name: str
     data: NDArray[Any]
-    to_world: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    world_from_index: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "data", _frozen_data(self.name, self.data))
-        object.__setattr__(self, "to_world", _frozen_affine(self.name, self.to_world))
+        object.__setattr__(self, "world_from_index", _frozen_affine(self.name, self.world_from_index))
 
     @classmethod
     def from_spacing(
@@ -63,9 +63,9 @@ class ScalarVolume:
         return float(self.data.min()), float(self.data.max())
 
     @cached_property
-    def to_index(self) -> NDArray[np.float64]:
-        """The inverse of ``to_world``, 4×4: world to index coordinates."""
-        inverse = np.linalg.inv(self.to_world)
+    def index_from_world(self) -> NDArray[np.float64]:
+        """The inverse of ``world_from_index``, 4×4: world to index coordinates."""
+        inverse = np.linalg.inv(self.world_from_index)
         inverse[3] = (0.0, 0.0, 0.0, 1.0)
         inverse.setflags(write=False)
         return inverse
@@ -75,12 +75,12 @@ class ScalarVolume:
         """The eight corners of the filled box in world coordinates, shape (8, 3)."""
         n = np.array(self.shape, dtype=np.float64)
         unit = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), dtype=np.float64).reshape(3, 8).T
-        return (unit * n - 0.5) @ self.to_world[:3, :3].T + self.to_world[:3, 3]
+        return (unit * n - 0.5) @ self.world_from_index[:3, :3].T + self.world_from_index[:3, 3]
 
     @cached_property
     def voxel_size(self) -> NDArray[np.float64]:
         """World length of one voxel along each index axis, shape (3,)."""
-        return np.linalg.norm(self.to_world[:3, :3], axis=0)
+        return np.linalg.norm(self.world_from_index[:3, :3], axis=0)
 
 
 def _frozen_data(name: str, values: ArrayLike) -> NDArray[Any]:
@@ -101,13 +101,15 @@ def _frozen_data(name: str, values: ArrayLike) -> NDArray[Any]:
 
 
 def _frozen_affine(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
-    affine = frozen_array(f"to_world of volume {name!r}", matrix, (4, 4))
+    affine = frozen_array(f"world_from_index of volume {name!r}", matrix, (4, 4))
     if not np.array_equal(affine[3], (0.0, 0.0, 0.0, 1.0)):
-        raise InvalidInputError(f"to_world of volume {name!r} has last row {affine[3].tolist()}; expected 0 0 0 1")
+        raise InvalidInputError(
+            f"world_from_index of volume {name!r} has last row {affine[3].tolist()}; expected 0 0 0 1"
+        )
     lengths = np.linalg.norm(affine[:3, :3], axis=0)
     # The determinant of the unit axes does not depend on scale, so that voxels 1e-6 wide are accepted.
     if not lengths.all() or abs(np.linalg.det(affine[:3, :3] / lengths)) < 1e-9:
         raise InvalidInputError(
-            f"to_world of volume {name!r} is not invertible; its voxels have no extent in some direction"
+            f"world_from_index of volume {name!r} is not invertible; its voxels have no extent in some direction"
         )
     return affine

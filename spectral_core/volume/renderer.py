@@ -75,7 +75,7 @@ class VolumeRenderer:
         if low[0] > high[0]:
             return self.volume.corners_world
         corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
-        return corners @ self.volume.to_world[:3, :3].T + self.volume.to_world[:3, 3]
+        return corners @ self.volume.world_from_index[:3, :3].T + self.volume.world_from_index[:3, 3]
 
     def render(
         self,

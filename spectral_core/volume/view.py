@@ -18,21 +18,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A camera: ``to_world`` (4, 4) as Mitsuba has it (looks along +z, +y up, +x to the left), and the picture's size.
+    """A camera and the size of its picture.
+
+    ``world_from_camera`` (4, 4) follows Mitsuba: the camera looks along +z, +y is up, +x points to the left.
 
     ``fov_deg`` is the angle across the picture's width; None makes it orthographic with ``ortho_width`` world units
     across. Rays of a perspective camera start at the camera, so it may stand inside a field; those of an
     orthographic camera come from infinitely far behind it.
     """
 
-    to_world: Array
+    world_from_camera: Array
     width: int = 512
     height: int = 512
     fov_deg: float | None = 30.0
     ortho_width: float = field(default=0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "to_world", frozen_array("to_world of a view", self.to_world, (4, 4)))
+        object.__setattr__(
+            self, "world_from_camera", frozen_array("world_from_camera of a view", self.world_from_camera, (4, 4))
+        )
         if self.width < 1 or self.height < 1:
             raise InvalidInputError(f"a view of {self.width}×{self.height} pixels; expected at least 1×1")
         if self.fov_deg is None:
@@ -43,7 +47,7 @@ class View:
     @property
     def key(self) -> tuple[object, ...]:
         """Equal for equal views: the key under which a plan is cached."""
-        return self.to_world.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width
+        return self.world_from_camera.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width
 
     @classmethod
     def looking(cls, origin: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), **rest: Any) -> View:
@@ -110,21 +114,21 @@ class View:
         """
         middle = volume.corners_world.mean(axis=0)
         start, towards = self._affine(np.eye(4), middle)
-        ahead = self.to_world[:3, 2]
-        back = float(ahead @ (middle - self.to_world[:3, 3]))  # directions reach one unit along the axis
+        ahead = self.world_from_camera[:3, 2]
+        back = float(ahead @ (middle - self.world_from_camera[:3, 3]))  # directions reach one unit along the axis
         if self.fov_deg is None:
             start = start + np.array([[back], [0], [0]]) * ahead
             back = np.inf
         else:
             start = start + back * towards
-        linear = volume.to_index[:3, :3]
+        linear = volume.index_from_world[:3, :3]
         points = start @ linear.T
         points[0] += np.array(volume.shape) / 2 - 0.5
         return np.stack([points, towards @ linear.T, towards]), back
 
     def _affine(self, frame: Array, middle: Array) -> tuple[Array, Array]:
         """Start and direction as rows for (1, x, y), world axes, start relative to ``middle``."""
-        side, up, ahead, origin = (self.to_world[:3, c] for c in range(4))
+        side, up, ahead, origin = (self.world_from_camera[:3, c] for c in range(4))
         half = self.ortho_width / 2 if self.fov_deg is None else np.tan(np.radians(self.fov_deg) / 2)
         pixel = 2 * half / self.width
         # +x of the camera points to the left of the picture, as in Mitsuba; rows run downwards.
@@ -137,7 +141,7 @@ class View:
         """This camera as a Mitsuba sensor dictionary without film (float64 matrix; needs a variant to be set)."""
         import mitsuba as mi
 
-        matrix = self.to_world.copy()
+        matrix = self.world_from_camera.copy()
         if self.fov_deg is not None:
             return {
                 "type": "perspective",

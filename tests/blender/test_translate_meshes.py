@@ -113,9 +113,9 @@ def test_materials_go_with_their_faces_and_objects(build, translate):
     bare = build.mesh("Bare", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     bare.data.polygons[0].material_index = 2  # past the last slot
     scene = translate()
-    worn = {instance.name: instance.materials for instance in scene.instances}
-    assert worn["Pair"] == ("Red", "Green") and worn["Twin"] == ("Red", "Blue")
-    assert worn["Bare"] == ("No material",) * 3
+    assigned = {instance.name: instance.materials for instance in scene.instances}
+    assert assigned["Pair"] == ("Red", "Green") and assigned["Twin"] == ("Red", "Blue")
+    assert assigned["Bare"] == ("No material",) * 3
     np.testing.assert_array_equal(scene.meshes[0].material_indices, [0, 1])
 
 

@@ -97,7 +97,7 @@ def test_worst_case_and_distinct_wait_for_the_button(blender, palette):
     assert palette.message.startswith("This table takes some seconds")
 
 
-def test_undo_takes_wish_and_result_back_together(blender, palette):
+def test_undo_takes_cell_and_result_back_together(blender, palette):
     blender.ops.ed.undo_push(message="solved")
     before = actual(palette)
     palette.materials[0].cells[1].target = (0.9, 0.5, 0.1)

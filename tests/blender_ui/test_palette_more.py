@@ -61,7 +61,7 @@ def test_tints_match_where_they_are_asked_to(blender, palette) -> None:
     assert float(tint_differences(plain, [(0, 1)], base=0.9, levels=(0.5,)).max()) > 1
 
 
-def test_a_dye_is_designed_and_said_not_to_be_rendered(blender) -> None:
+def test_a_dye_is_designed(blender) -> None:
     blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
     palette = blender.context.scene.spectral.palette
     palette.active_row = 0
@@ -76,7 +76,7 @@ def test_a_dye_is_designed_and_said_not_to_be_rendered(blender) -> None:
     assert palette.status
     assert dye.amount >= 0
     if dye.amount > 1e-4:
-        assert "Rendering shows what fluorescent materials reflect" in palette.notes
+        assert "Apply to Scene gives materials their dyes" in palette.notes
     palette.use_tints = True
     with pytest.raises(RuntimeError, match="not designed together"):
         blender.ops.spectral.palette_solve()

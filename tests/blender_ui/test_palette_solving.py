@@ -216,7 +216,7 @@ def test_apply_refuses_what_is_not_solved_or_not_real(blender, palette):
         blender.ops.spectral.palette_solve()
 
 
-def test_a_hopeless_wish_gets_a_status_and_a_remedy(blender, palette):
+def test_a_hopeless_target_gets_a_status_and_a_remedy(blender, palette):
     palette.materials[0].cells[0].target = (0.0, 0.0, 1.0)  # exact
     palette.materials[1].cells[0].target = (1.0, 0.0, 0.0)
     palette.materials[0].cells[1].target = (0.0, 1.0, 0.0)  # green under sodium

@@ -76,7 +76,7 @@ def test_moving_keeps_each_cell_with_its_material_and_light(blender, palette):
     ("mode", "place", "expected"),
     [("SAME", (1, 0), [(0, 0)]), ("CONSTANT", (0, 1), [(0, 0)]), ("DISTINCT", (0, 0), [(1, 0)])],
 )
-def test_a_new_wish_refers_to_what_is_most_often_meant(palette, mode, place, expected):
+def test_a_new_cell_refers_to_what_is_most_often_meant(palette, mode, place, expected):
     cell = palette.materials[place[0]].cells[place[1]]
     cell.mode = mode
     assert table.references(palette, cell) == expected
@@ -100,7 +100,7 @@ def test_references_are_toggled_and_refused(blender, palette):
         blender.ops.spectral.palette_refer(row=1, column=0)
 
 
-def test_a_wish_is_copied_to_its_column_and_row(blender, palette):
+def test_a_cell_is_copied_to_its_column_and_row(blender, palette):
     cell = palette.materials[0].cells[1]
     blender.ops.spectral.palette_select(row=0, column=1)
     cell.mode, cell.target, cell.weight, cell.exact = "FIXED", (0.2, 0.4, 0.6), 3.0, True

@@ -66,20 +66,20 @@ def test_two_images_become_a_texture_a_material_and_lamps(blender, design) -> No
     assert node.filepath == design.texture_file
 
 
-def test_one_image_with_a_wish_under_given_lamps(blender, design) -> None:
+def test_one_image_with_a_wanted_color_under_given_lamps(blender, design) -> None:
     bpy = blender
     design.kind = "ONE"
     design.first, shown = image(bpy, "only", 3)
     for number, name in ((1, "D65"), (2, "HP1")):
         light = getattr(design, f"light_{number}").spectral
         light.kind, light.source, light.catalogue_name = "ILLUMINANT", "CATALOGUE", name
-    bpy.ops.spectral.texture_wish()
-    design.wishes[0].color, design.wishes[0].wanted = (0.6, 0.3, 0.3), (0.7, 0.5, 0.2)
+    bpy.ops.spectral.texture_wanted_color()
+    design.wanted_colors[0].color, design.wanted_colors[0].wanted = (0.6, 0.3, 0.3), (0.7, 0.5, 0.2)
     assert bpy.ops.spectral.texture_design() == {"FINISHED"}
     texture = read_texture(design.texture_file)
     assert errors(texture, texture.lights[0], None, linear_from_display_rgb(shown)) < 0.3
-    assert design.wishes[0].outcome.startswith("ΔE")
-    assert any(design.wishes[0].reached)
+    assert design.wanted_colors[0].outcome.startswith("ΔE")
+    assert any(design.wanted_colors[0].reached)
 
 
 def test_what_is_missing_is_said(blender, design) -> None:

@@ -38,8 +38,8 @@ def test_lamps_alone(scene):
     assert [light.name for light in alone.lights] == ["Lamp"]
     assert alone.world.is_black
     ball = next(x for x in alone.instances if x.name == "Ball")
-    worn = next(m for m in alone.materials if m.name == ball.materials[0])
-    assert worn.surface.strength == 0
+    material = next(m for m in alone.materials if m.name == ball.materials[0])
+    assert material.surface.strength == 0
     assert next(m for m in alone.materials if m.name == "Glow").surface.strength == 2
     group = Look(group="Side").on(scene)
     assert [light.name for light in group.lights] == ["Second"]

@@ -18,6 +18,8 @@ pytest.importorskip("mitsuba")
 from spectral_core.render import plan_effects
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live.link import LiveLink
+from spectral_core.render.live.picture import ViewPicture
+from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import (
     AreaLight,
@@ -229,3 +231,23 @@ def test_a_scene_that_cannot_be_rendered_says_why_and_the_next_one_is_shown(look
     assert not looker.link.wait("view", generation, PATIENCE_S)
     assert "bounces" in looker.link.trouble("view")
     assert np.abs(looker.settled(scene) - fresh(scene)).mean() < 1e-4
+
+
+def test_the_first_edit_of_a_mesh_records_nothing(scene: Scene) -> None:
+    stage = Stage()
+    stage.show(scene)
+    stage.activate()
+
+    def trace(seen: Scene) -> None:
+        request = ViewRequest("stage", Viewpoint.of_camera(seen.camera, seen.film), WIDTH, HEIGHT, SAMPLES, 0)
+        stage.look_from(request.viewpoint)
+        ViewPicture(stage.launcher, request, 4).step()
+
+    trace(scene)
+    before = stage.launcher.recordings
+    for name in ("two", "one"):
+        scene = with_stretch(scene, name, (1.0, 1.0, 1.6))
+        stage.show(scene)
+        assert stage.how == "meshes"
+        trace(scene)
+    assert stage.launcher.recordings == before

@@ -11,9 +11,9 @@ import pytest
 from benchmarks.palette_joint import generated_palette
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.palette import Cell, PaletteLight, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.conflicts import conflicting_cells
 from spectral_core.palette.design.lights import LightDescent, outer_side
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
@@ -70,13 +70,13 @@ def test_the_smallest_conflicting_set_leaves_none_out(rng):
 
 
 def quadratic_of(problem, side="reflectances"):
-    return Assembler(problem, compiled_wishes(problem)).assembled(side, initial_state(problem)).quadratic
+    return Assembler(problem, compiled_requests(problem)).assembled(side, initial_state(problem)).quadratic
 
 
 def test_a_group_member_has_the_largest_weight_that_refers_to_it(rng):
     problem = coupled_palette((3, 3, 31), rng)
     cells = {(1, 0): Cell.same_as((0, 0), weight=2.0), (2, 0): Cell.same_as((0, 0), weight=7.0)}
-    (group,) = compiled_wishes(problem.with_cells({(0, 0): Cell.free(), **cells})).groups
+    (group,) = compiled_requests(problem.with_cells({(0, 0): Cell.free(), **cells})).groups
     by_cell = dict(zip(group.members, group.weights, strict=True))
     assert by_cell[0, 0] / by_cell[1, 0] == pytest.approx(3.5)
 
@@ -113,9 +113,9 @@ def test_live_edits_of_capped_weights_are_those_of_a_fresh_solve(rng):
 @pytest.mark.parametrize("seed", [1, 4, 9, 15])
 def test_the_gradient_of_variable_projection_is_the_slope_of_phi(seed, rng):
     problem = generated_palette(seed)
-    wishes = compiled_wishes(problem)
-    assembler = Assembler(problem, wishes)
-    outer = outer_side(problem, wishes)
+    requests = compiled_requests(problem)
+    assembler = Assembler(problem, requests)
+    outer = outer_side(problem, requests)
     if outer is None or not all(assembler.free_items(side) for side in ("reflectances", "lights")):
         pytest.skip("nothing to project")
     state = Rounds(assembler, SolveTrace()).round(initial_state(problem))

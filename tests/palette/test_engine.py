@@ -11,9 +11,9 @@ import pytest
 from benchmarks._palette_hard_cases import hard_problem
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.palette import Cell, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
 from spectral_core.palette.qp.backends import by_piqp, nearest_miss
@@ -29,7 +29,7 @@ SHARP = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
 
 
 def side_of(problem, side="reflectances", **how):
-    assembler = Assembler(problem, compiled_wishes(problem))
+    assembler = Assembler(problem, compiled_requests(problem))
     return assembler.assembled(side, initial_state(problem), **how)
 
 
@@ -82,7 +82,7 @@ def test_the_assembled_objective_is_that_of_the_cells(rng):
     from spectral_core.palette.assemble.criteria import second_differences
 
     rough = problem.smoothness * second_differences(problem.grid)
-    scale = compiled_wishes(problem).weight_scale
+    scale = compiled_requests(problem).weight_scale
     total = sum(float(np.sum((rough @ each) ** 2)) for each in values)
     metamers, constant = 0, 1
     for i in range(4):
@@ -106,7 +106,7 @@ def test_the_roughness_of_lights_counts_power_per_10_nm():
     x[20] = 0.1
     from spectral_core.palette.assemble.criteria import second_differences
 
-    scale = compiled_wishes(problem).weight_scale
+    scale = compiled_requests(problem).weight_scale
     rough = 10.0 * problem.smoothness / scale * second_differences(problem.grid)
     assert x @ quadratic.blocks[0].gram @ x == pytest.approx(float(np.sum((rough @ x) ** 2)), rel=1e-12)
 

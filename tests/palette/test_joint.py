@@ -9,16 +9,16 @@ import pytest
 from benchmarks._palette_hard_check import side_gains
 from benchmarks.palette_joint import generated_palette
 from spectral_core.palette import PaletteProblem, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.design.interior import joint_descent
 from spectral_core.palette.design.joint import Joint
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 
 
 def _joint(problem: PaletteProblem, rounds: int = 2) -> tuple[Joint, Assembler]:
-    assembler = Assembler(problem, compiled_wishes(problem))
+    assembler = Assembler(problem, compiled_requests(problem))
     state, each = initial_state(problem), Rounds(assembler, SolveTrace())
     for _ in range(rounds):
         state = each.round(state)

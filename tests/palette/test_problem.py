@@ -10,7 +10,7 @@ import pytest
 
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
-from spectral_core.palette.assemble.wishes import compiled_wishes
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.presets import PRESETS, design_grid, split_light
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
@@ -70,20 +70,20 @@ def test_boxes_without_a_common_color_are_refused():
     low, high = ((0.0,) * 3, (0.1,) * 3), ((0.5,) * 3, (0.9,) * 3)
     apart = problem((Cell.free(low),), (Cell.same_as((0, 0), box=high),))
     with pytest.raises(InvalidInputError, match="no color in common"):
-        compiled_wishes(apart)
+        compiled_requests(apart)
 
 
 def test_weights_are_held_within_ten_thousand_and_that_is_said():
-    wishes = compiled_wishes(problem((Cell.fixed(GREY, weight=1e12),), (Cell.fixed(GREY),), (Cell.fixed(GREY),)))
-    weights = [target.weight for target in wishes.targets]
+    requests = compiled_requests(problem((Cell.fixed(GREY, weight=1e12),), (Cell.fixed(GREY),), (Cell.fixed(GREY),)))
+    weights = [target.weight for target in requests.targets]
     assert max(weights) / min(weights) == pytest.approx(1e4)
-    assert any("ratio of 10000" in note for note in wishes.notes)
-    assert compiled_wishes(problem((Cell.fixed(GREY, weight=1000.0),), (Cell.fixed(GREY),))).notes == ()
+    assert any("ratio of 10000" in note for note in requests.notes)
+    assert compiled_requests(problem((Cell.fixed(GREY, weight=1000.0),), (Cell.fixed(GREY),))).notes == ()
 
 
 def test_same_cells_gather_into_one_group_whatever_their_order():
     rows = ((Cell.same_as((2, 0)),), (Cell.same_as((0, 0)),), (Cell.fixed(GREY),), (Cell.same_as((1, 0), weight=3.0),))
-    (group,) = compiled_wishes(problem(*rows)).groups
+    (group,) = compiled_requests(problem(*rows)).groups
     assert group.members == ((0, 0), (1, 0), (2, 0), (3, 0))
 
 

@@ -11,15 +11,15 @@ import pytest
 from benchmarks.palette_speed import coupled_palette
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.presets import hidden_mark, most_distinct, split_light
 from spectral_core.palette.qp.backends import by_piqp
 
 
-def random_wish(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:
-    """Any soft wish."""
+def random_cell(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:
+    """Any soft cell."""
     kind = int(rng.integers(6))
     weight = float(rng.choice([0.1, 1.0, 3.0]))
     if kind == 0:
@@ -35,11 +35,11 @@ def random_wish(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:
 
 def anchored(problem: PaletteProblem) -> np.ndarray:
     """Cells (R, L) whose color is pinned by a target of theirs or of their group; others are nearly free."""
-    wishes = compiled_wishes(problem)
+    requests = compiled_requests(problem)
     pinned = np.zeros((len(problem.reflectances), len(problem.lights)), dtype=bool)
-    for target in wishes.targets:
+    for target in requests.targets:
         pinned[target.cell] = True
-    for group in wishes.groups:
+    for group in requests.groups:
         if any(pinned[member] for member in group.members):
             pinned[tuple(np.transpose(group.members))] = True
     return pinned
@@ -49,7 +49,7 @@ def test_every_edit_is_answered_as_by_a_fresh_solve(rng):
     session = PaletteSession(coupled_palette((4, 3, 31), rng))
     for _ in range(40):
         cell = (int(rng.integers(4)), int(rng.integers(3)))
-        answer = session.edit(cell, random_wish(rng, cell))
+        answer = session.edit(cell, random_cell(rng, cell))
         fresh = solve_palette(session.problem, explain=False)
         assert answer.trusted
         assert answer.kkt_residual < 1e-6
@@ -83,7 +83,7 @@ def test_exact_cells_hold_through_edits_and_agree_with_the_general_engines(rng):
     for step in range(12):
         cell = (int(rng.integers(3)), int(rng.integers(1, 3)))
         answer = session.edit(cell, Cell.fixed(rng.uniform(0.2, 0.6, 3), exact=step % 4 == 3))
-        assembler = Assembler(session.problem, compiled_wishes(session.problem))
+        assembler = Assembler(session.problem, compiled_requests(session.problem))
         assembled = assembler.assembled("reflectances", session.state).quadratic
         if answer.trusted:
             x, _ = by_piqp(assembled)

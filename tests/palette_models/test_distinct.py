@@ -11,9 +11,9 @@ import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.distinct.cells import distinct_cells, distinct_pairs, least_difference, wants_distinct
 from spectral_core.palette.distinct.search import _Search, solve_distinct
 from spectral_core.palette.distinct.step import solve_step
@@ -26,7 +26,7 @@ D65, HP1, FL2 = (observer.normalized(catalogue.illuminant(name)) for name in ("D
 
 
 def search_of(problem: PaletteProblem, engine: str = "piqp") -> _Search:
-    builder = Assembler(problem, compiled_wishes(problem))
+    builder = Assembler(problem, compiled_requests(problem))
     state = initial_state(problem)
     assembled = builder.assembled("reflectances", state)
     return _Search(assembled.quadratic, distinct_cells(builder, state, assembled), engine)

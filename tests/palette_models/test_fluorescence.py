@@ -11,7 +11,6 @@ import pytest
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.paint.fluorescence import (
-    FluorescentDye,
     FluorescentSurface,
     color_from_light,
     color_from_surface,
@@ -23,6 +22,7 @@ from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.presets import metamer_pair
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 GRID = SpectralGrid.uniform(360, 780, 10)
@@ -31,7 +31,7 @@ D65 = observer.normalized(catalogue.illuminant("D65"))
 VIOLET = led(405, power=0.3 * float(D65.at(np.arange(360.0, 781.0)).sum()))
 
 
-def surface(amount: float = 0.5) -> FluorescentSurface:
+def surface(amount: float = 0.4) -> FluorescentSurface:
     values = 0.4 + 0.1 * np.sin(GRID.wavelengths_nm / 40)
     return FluorescentSurface("paint", Reflectance("paint", GRID, values), (DYE,), np.array([amount]))
 
@@ -45,7 +45,7 @@ def test_colors_are_those_of_an_explicit_bispectral_matrix() -> None:
     density = DYE.emission.at(outward) / (0.05 * DYE.emission.at(np.arange(300.025, 830, 0.05)).sum())
     radiance = paint.reflectance.at(outward) * VIOLET.at(outward)
     for wavelength, share in zip(inward, excitation, strict=True):
-        radiance = radiance + 0.5 * share * float(VIOLET.at(wavelength)) * density
+        radiance = radiance + 0.4 * share * float(VIOLET.at(wavelength)) * density
     cmfs = 0.05 * np.stack([np.interp(outward, seen.wavelengths_nm, row) for row in seen.cmfs])
     np.testing.assert_allclose(paint.linear_rgb(VIOLET), RGB_FROM_XYZ @ cmfs @ radiance, rtol=1e-5)
 
@@ -64,14 +64,14 @@ def test_the_blocks_of_both_sides_give_the_surface_s_color() -> None:
     np.testing.assert_allclose(color_from_surface(D65, (DYE,), GRID) @ unknowns, paint.linear_rgb(D65), rtol=1e-9)
     light = Illuminant("light", GRID, np.random.default_rng(2).uniform(size=GRID.size))
     np.testing.assert_allclose(color_from_light(paint, GRID) @ light.values, paint.linear_rgb(light), rtol=1e-9)
-    np.testing.assert_allclose(energy_rows((DYE,), GRID) @ unknowns, paint.returned_energy(), rtol=1e-12)
+    np.testing.assert_allclose(energy_rows((DYE,), GRID) @ unknowns, paint.returned_share(), rtol=1e-12)
 
 
 def test_the_bispectral_matrix_keeps_energy_and_only_lengthens_waves() -> None:
     fine = SpectralGrid.uniform(300, 830, 1)
     reflectance = Reflectance("grey", fine, np.full(fine.size, 0.3))
     dye = FluorescentDye.gaussian("far", 380, 560, widths_nm=(15, 15))
-    paint = FluorescentSurface("paint", reflectance, (dye,), np.array([0.7]))
+    paint = FluorescentSurface("paint", reflectance, (dye,), np.array([0.45]))
     matrix = paint.bispectral_matrix()
     np.testing.assert_allclose(matrix.sum(axis=0), paint.returned_energy(), rtol=1e-9)
     assert matrix.sum(axis=0).max() <= 1 + 1e-9
@@ -100,7 +100,7 @@ def test_a_pair_equal_by_day_and_far_apart_under_violet() -> None:
     difference = delta_e_2000(lab[0], lab[1])
     assert difference[0] < 0.01
     assert difference[1] >= 50
-    assert solution.largest_returned_energy <= 1 + 1e-9
+    assert solution.largest_returned_share <= 1 + 1e-9
     assert solution.surfaces[1].amounts[0] > 0.1
     assert solution.surfaces[0].amounts.size == 0
     for i, made in enumerate(solution.surfaces):
@@ -111,10 +111,25 @@ def test_a_pair_equal_by_day_and_far_apart_under_violet() -> None:
     assert delta_e_2000(lab[0, 1], lab[1, 1]) < difference[1] / 1.5  # what reflectance alone can do
 
 
+def test_no_photon_becomes_two() -> None:
+    """Oracle: photons out over photons in, by sums over the bispectral matrix, one wavelength of light at a time."""
+    fine = SpectralGrid.uniform(300, 830, 1)
+    black = Reflectance("black", fine, np.zeros(fine.size))
+    nm = fine.wavelengths_nm
+    most = 405 / DYE.emission_mean_nm  # a photon of 405 nm as one of 530 nm keeps this share of its power
+    dye = FluorescentDye("all", Spectrum("at 405", fine, (np.abs(nm - 405) < 2) * 1.0), DYE.emission)
+    paint = FluorescentSurface("paint", black, (dye,), np.array([0.995 * most]))
+    line = np.where(nm == 405, 1.0, 0.0)
+    photons = float((paint.bispectral_matrix() @ line) @ nm) / float(line @ nm)
+    assert photons == pytest.approx(0.995, abs=1e-4)
+    with pytest.raises(InvalidInputError, match=r"quantum yield of at most 1 asks.*multiply the amounts .* by 0\.98"):
+        FluorescentSurface("paint", black, (dye,), np.array([1.01 * most]))
+
+
 def test_energy_binds_where_more_glow_is_asked_than_there_is() -> None:
     asked = problem().with_cell((1, 1), Cell.fixed((0.0, 50.0, 0.0)))
     solution = solve_fluorescent(asked, {1: [DYE]})
-    assert solution.largest_returned_energy == pytest.approx(1.0, abs=1e-9)
+    assert solution.largest_returned_share == pytest.approx(1.0, abs=1e-9)
     assert np.nanmax(solution.delta_e_2000) > 3
 
 
@@ -141,7 +156,7 @@ def test_several_dyes_and_exact_cells() -> None:
     asked = problem().with_cell((1, 1), Cell.fixed((0.6, 0.5, 0.0), exact=True))
     solution = solve_fluorescent(asked, {1: [DYE, red]})
     assert solution.surfaces[1].amounts.shape == (2,)
-    assert solution.largest_returned_energy <= 1 + 1e-9
+    assert solution.largest_returned_share <= 1 + 1e-9
     assert energy_per_amount([DYE, red], GRID).shape == (GRID.size, 2)
     if solution.trusted:
         np.testing.assert_allclose(solution.actual_linear_rgb[1, 1], (0.6, 0.5, 0.0), atol=1e-6)
@@ -169,7 +184,7 @@ def test_impossible_dyes_and_surfaces() -> None:
         FluorescentDye("bright", bell, DYE.emission)
     with pytest.raises(InvalidInputError, match=r"emission of dye 'dark' spans 0 to 0; expected values of at least 0"):
         FluorescentDye("dark", DYE.excitation, Spectrum("none", GRID, np.zeros(GRID.size)))
-    with pytest.raises(InvalidInputError, match=r"surface 'paint' returns 1\.\d+ of the light at 400 nm"):
+    with pytest.raises(InvalidInputError, match=r"surface 'paint' returns 1\.\d+ of the light at 4\d\d nm"):
         surface(0.9)
     with pytest.raises(InvalidInputError, match=r"amounts of 'paint' are \[-0\.1\]; expected at least 0"):
         surface(-0.1)

@@ -11,8 +11,8 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, solve_palette
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.paint.mixtures import (
     absorption_from_reflectance,
     additive_mixture,
@@ -124,7 +124,7 @@ def test_tint_differences_are_those_of_mixed_spectra() -> None:
 def test_tint_rows_are_the_derivative_of_tint_colors() -> None:
     problem = metamer_pair()
     solution = solve_palette(problem)
-    builder = Assembler(problem, compiled_wishes(problem))
+    builder = Assembler(problem, compiled_requests(problem))
     criterion = TintCriterion(levels=(0.4,))
     base = criterion.base_on(problem.grid.size)
     before = builder.assembled("reflectances", solution.state).quadratic

@@ -51,8 +51,8 @@ def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
     lights = {"Key": catalogue.illuminant("HP1").resampled(GRID), "Fill": catalogue.illuminant("FL11").resampled(GRID),
               "Sky": line}  # fmt: skip
     transport = record_transport(scene, ExactStorage(GRID))
-    worn = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
-    rendered = render_scene(worn, groups=True, sampling_lights=SAMPLING_LIGHTS)
+    lit = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
+    rendered = render_scene(lit, groups=True, sampling_lights=SAMPLING_LIGHTS)
 
     assert relative_error(relight(transport, lights=lights), rendered.pixels) < 1e-5
     for group in lights:
@@ -64,8 +64,8 @@ def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
 def test_bands_are_near_for_smooth_lights(scene: Scene, count: int) -> None:
     """In the mean color of the picture: in a pixel's few samples a band's noise is not that of the light's."""
     lights = {name: catalogue.illuminant("A") for name in ("Key", "Fill", "Sky")}
-    worn = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
-    rendered = render_scene(worn, sampling_lights=SAMPLING_LIGHTS).pixels.mean(axis=(0, 1))
+    lit = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
+    rendered = render_scene(lit, sampling_lights=SAMPLING_LIGHTS).pixels.mean(axis=(0, 1))
     relit = relight(record_transport(scene, BandStorage(count)), lights=lights).mean(axis=(0, 1))
 
     np.testing.assert_allclose(relit, rendered, rtol=0.01)
@@ -130,7 +130,7 @@ def test_cut_edited_and_foreign_files_are_refused(scene: Scene, tmp_path: Path) 
         read_transport(path)
 
 
-def test_wrong_wishes_say_what_is_known(scene: Scene) -> None:
+def test_wrong_requests_say_what_is_known(scene: Scene) -> None:
     transport = record_transport(replace(scene, film=Film(4, 4, samples=1)), MixtureStorage())
 
     with pytest.raises(UnknownNameError, match="no light group of this transport is named 'Kay'; did you mean 'Key'"):

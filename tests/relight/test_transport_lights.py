@@ -90,8 +90,8 @@ def test_an_image_world_takes_a_new_lamp_in_place_of_daylight(image_world: Scene
     lamp = catalogue.illuminant("A").resampled(SpectralGrid.uniform(360, 830, 5))
     transport = record_transport(image_world, ExactStorage(lamp.grid))
     relit = relight(transport, lights={"Sky": lamp}, mix={"Key": 0, "Lamp": 0})
-    worn = replace(image_world, settings=replace(image_world.settings, white=lamp))
-    rendered = render_scene(worn, groups=True, sampling_lights=SAMPLING_LIGHTS).group_pixels["Sky"]
+    lit = replace(image_world, settings=replace(image_world.settings, white=lamp))
+    rendered = render_scene(lit, groups=True, sampling_lights=SAMPLING_LIGHTS).group_pixels["Sky"]
     assert relative_error(relit, rendered) < 1e-5
 
 

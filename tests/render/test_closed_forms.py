@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("mitsuba")
 
 
-@pytest.mark.parametrize("name", ["prism", "lamps"])
+@pytest.mark.parametrize("name", ["prism", "lamps", "fluorescence"])
 def test_a_closed_form_holds_within_noise(name):
-    from benchmarks._closed_forms import CASES
+    from benchmarks._closed_cases import CASES
 
     found = list(CASES[name][0](64, "rgb"))
     assert len(found) >= 12

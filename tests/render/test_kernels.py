@@ -86,7 +86,7 @@ def test_editing_numbers_of_a_node_tree_keeps_its_shape():
     assert len(shapes) == 1
 
 
-def _dressed(number):
+def _scene_of(number):
     """Every kind of paint at once, each of its numbers another: noise, an image, a ramp, mixes, instances, a world."""
     from tests.render.test_programs import noise_program
 
@@ -118,7 +118,7 @@ def test_editing_any_number_of_trees_lamps_world_and_objects_compiles_nothing(tr
     import drjit
 
     def frame(number):
-        scene = _dressed(number)
+        scene = _scene_of(number)
         return replace(scene, settings=replace(scene.settings, transport=transport))
 
     render_scene(frame(1))
@@ -141,8 +141,8 @@ def test_a_rendered_scene_is_let_go():
         made = mi.load_dict({"type": "diffuse"})
         return int(drjit.reinterpret_array(mi.UInt32, mi.BSDFPtr(made))[0])
 
-    render_scene(_dressed(1))
+    render_scene(_scene_of(1))
     before = next_number()
     for number in (2, 3):
-        render_scene(_dressed(number))
+        render_scene(_scene_of(number))
     assert next_number() == before

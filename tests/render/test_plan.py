@@ -52,6 +52,7 @@ def test_a_gray_plane_needs_little():
     assert _values(_wearing(Diffuse(gray(0.5)))) == {
         "transport": "rgb",
         "dispersion": "off",
+        "fluorescence": "off",
         "media": "off",
         "volumes": "off",
         "transparency": "off",
@@ -191,7 +192,7 @@ def test_bounces_are_what_the_plan_says():
 
 def test_the_plan_as_rows():
     rows = plan_from_data(_wearing(Diffuse(Color([0.5, 0.5, 0.5])))).as_rows()
-    assert len(rows) == 16
+    assert len(rows) == 17
     errors = {"error_if_left_out", "error_is", "error_accepted", "time_share"}
     assert set(rows[0]) == {"effect", "value", "reason", "cost_if_left_out", "decided_by", "overridable"} | errors
 

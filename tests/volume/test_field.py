@@ -67,7 +67,7 @@ def test_spacing_origin_and_corners(scale):
     )
     corners = volume.corners_world / scale
     assert np.allclose(corners.min(0), [4.5, -1, -1.5]) and np.allclose(corners.max(0), [6.5, 5, 1.5])
-    assert np.allclose(volume.to_index @ volume.to_world, np.eye(4))
+    assert np.allclose(volume.index_from_world @ volume.world_from_index, np.eye(4))
     assert np.allclose(volume.voxel_size, np.array([1, 2, 3]) * scale)
 
 

@@ -140,7 +140,7 @@ def test_a_plan_is_kept_per_sensor(monkeypatch):
     volume = blob(12)
     fields = scene_fields.SceneFields([SceneVolume(volume, two_tents())], VolumeSettings())
     views = [View.around(volume, angle, width=16, height=16) for angle in (0.0, 40.0)]
-    for view in (views[0], views[1], views[0], View(views[1].to_world, 16, 16, 30.0)):
+    for view in (views[0], views[1], views[0], View(views[1].world_from_camera, 16, 16, 30.0)):
         fields.prepare(view)
     assert len(calls) == 2
     fields.prepare(views[0].resized(32, 16))

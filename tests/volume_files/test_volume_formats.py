@@ -123,8 +123,8 @@ def test_nifti_keeps_type_and_affine(tmp_path, ending, dtype):
     nibabel.save(image, tmp_path / f"a.{ending}")
     volume = read_volume(tmp_path / f"a.{ending}")
     assert volume.name == "a"
-    assert np.allclose(volume.to_world, SHEARED, rtol=1e-6, atol=1e-6)  # the header holds float32
-    check(volume, values, volume.to_world)
+    assert np.allclose(volume.world_from_index, SHEARED, rtol=1e-6, atol=1e-6)  # the header holds float32
+    check(volume, values, volume.world_from_index)
 
 
 def test_nifti_2_big_endian_and_time(tmp_path):

@@ -42,11 +42,11 @@ def world(directions=IDENTITY, origin=ORIGIN, spacing=SPACING):
     return matrix
 
 
-def check(volume, values, to_world):
+def check(volume, values, world_from_index):
     assert volume.data.dtype == values.dtype
     assert volume.data.dtype.isnative
     assert np.array_equal(volume.data, values)
-    assert np.allclose(volume.to_world, to_world, rtol=1e-7, atol=1e-12)
+    assert np.allclose(volume.world_from_index, world_from_index, rtol=1e-7, atol=1e-12)
 
 
 def _vtk_image(values: np.ndarray, *, directed: bool, cells: bool = False):  # type: ignore[no-untyped-def]

@@ -64,9 +64,9 @@ def parts_of(scene: Scene) -> dict[str, str]:
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
     hashes = {name: scene_hash(part)[:DIGITS] for name, part in parts.items()}
-    for thing in rendered.values():
-        if not thing.visible_get(view_layer=view_layer):
-            hashes = dict.fromkeys(_names(thing), HIDDEN) | hashes
+    for obj in rendered.values():
+        if not obj.visible_get(view_layer=view_layer):
+            hashes = dict.fromkeys(_names(obj), HIDDEN) | hashes
     return hashes
 
 
@@ -79,13 +79,13 @@ def _rendered(layer: LayerCollection) -> Iterator[Object]:
         yield from _rendered(child)
 
 
-def _names(thing: Object) -> list[str]:
+def _names(obj: Object) -> list[str]:
     """Parts that an object is known by."""
-    if thing.type == "LIGHT":
-        return [f"light {thing.name_full!r}"]
-    materials = [f"material {slot.material.name_full!r}" for slot in thing.material_slots if slot.material]
-    kept = [] if thing.data is None else [f"mesh {thing.data.name_full!r}"]
-    return [f"object {thing.name_full!r}", f"volume {thing.name_full!r}", *kept, *materials]
+    if obj.type == "LIGHT":
+        return [f"light {obj.name_full!r}"]
+    materials = [f"material {slot.material.name_full!r}" for slot in obj.material_slots if slot.material]
+    kept = [] if obj.data is None else [f"mesh {obj.data.name_full!r}"]
+    return [f"object {obj.name_full!r}", f"volume {obj.name_full!r}", *kept, *materials]
 
 
 def remember_parts(scene: Scene, parts: dict[str, str]) -> None:

@@ -83,7 +83,7 @@ def live_mix(scene: Scene) -> Any:
         known = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
         _sessions[scene.session_uid] = known
     _require_same_bulbs(dial, known.live.transport)
-    _dress(dial, known)
+    _assign_lamps(dial, known)
     return known.live
 
 
@@ -105,7 +105,7 @@ def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
         )
 
 
-def _dress(dial: PropertyGroup, session: _Session) -> None:
+def _assign_lamps(dial: PropertyGroup, session: _Session) -> None:
     """Give each group the lamp that its bulb names, and its own spectrum back where it names none any more."""
     from spectral_core.render.relight.mix import LiveMix
 

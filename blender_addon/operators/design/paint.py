@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent dyes of the selected material."""
+"""Fluorescent dyes of the material that is selected in the palette, and of the active material of the scene."""
 
 import bpy
 from bpy.props import IntProperty
@@ -8,7 +8,10 @@ from bpy.types import Context
 from spectral_core.errors import InvalidInputError
 
 from ...editing.palette import live
+from ...properties.spectrum import tag
+from ...translate.spectra.stored import require_editable
 from ..common import UNDOABLE, palette_in, reporting
+from ..spectrum import carrier
 
 
 class SPECTRAL_OT_palette_dye(bpy.types.Operator):
@@ -38,4 +41,28 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
         live.edited(palette)
 
 
-register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_dye,))
+class SPECTRAL_OT_material_dye(bpy.types.Operator):
+    """Put a fluorescent dye into the active material, or take one away"""
+
+    bl_idname = "spectral.material_dye"
+    bl_label = "Add Dye"
+    bl_options = UNDOABLE
+    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+
+    @reporting
+    def execute(self, context: Context) -> None:
+        material = carrier(context, "MATERIAL")
+        if material is None:
+            raise InvalidInputError("there is no active material to hold a dye; select an object with one")
+        require_editable(material)
+        dyes = material.spectral.dyes
+        if self.index < 0:
+            dyes.add()
+        elif self.index < len(dyes):
+            dyes.remove(self.index)
+        else:
+            raise InvalidInputError(f"there is no dye {self.index}; there are {len(dyes)}, counted from 0")
+        tag(material.spectral)
+
+
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_dye, SPECTRAL_OT_material_dye))

@@ -11,7 +11,7 @@ from ..common import UNDOABLE, reporting
 
 
 class SPECTRAL_OT_recipe_find(bpy.types.Operator):
-    """Find amounts of things that exist: drive levels, grams, coverages or thicknesses"""
+    """Find amounts of real emitters, paints or films: drive levels, grams, coverages or thicknesses"""
 
     bl_idname = "spectral.recipe_find"
     bl_label = "Find Recipe"

@@ -51,23 +51,23 @@ class SPECTRAL_OT_texture_cancel(bpy.types.Operator):
         texture_job.cancel()
 
 
-class SPECTRAL_OT_texture_wish(bpy.types.Operator):
-    """Add a wish: a color of the picture that should look different under the second light"""
+class SPECTRAL_OT_texture_wanted_color(bpy.types.Operator):
+    """Add or remove a color of the picture that should look different under the second light"""
 
-    bl_idname = "spectral.texture_wish"
-    bl_label = "Add Wish"
+    bl_idname = "spectral.texture_wanted_color"
+    bl_label = "Add Wanted Color"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The wish to remove; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The row to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:
-        wishes = context.scene.spectral.texture.wishes
+        rows = context.scene.spectral.texture.wanted_colors
         if self.index < 0:
-            wishes.add()
-        elif self.index < len(wishes):
-            wishes.remove(self.index)
+            rows.add()
+        elif self.index < len(rows):
+            rows.remove(self.index)
         else:
-            raise InvalidInputError(f"there is no wish {self.index}; there are {len(wishes)}, counted from 0")
+            raise InvalidInputError(f"there is no wanted color {self.index}; there are {len(rows)}, counted from 0")
 
 
 class SPECTRAL_OT_texture_material(bpy.types.Operator):
@@ -134,7 +134,7 @@ register, unregister = bpy.utils.register_classes_factory(
     (
         SPECTRAL_OT_texture_design,
         SPECTRAL_OT_texture_cancel,
-        SPECTRAL_OT_texture_wish,
+        SPECTRAL_OT_texture_wanted_color,
         SPECTRAL_OT_texture_material,
         SPECTRAL_OT_texture_lights,
     )

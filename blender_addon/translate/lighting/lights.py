@@ -24,9 +24,9 @@ SMALLEST_SIZE = 1e-4
 """Edge of an area light that has none: what it sends is kept, from as good as a point (or a line)."""
 
 
-def translate_light(translation: Translation, name: str, thing: Any, world_from_light: Any) -> Light | None:
+def translate_light(translation: Translation, name: str, obj: Any, world_from_light: Any) -> Light | None:
     """Light of an evaluated object that stands at ``world_from_light`` (4, 4); None where it sheds no light."""
-    lamp, matrix = thing.data, np.asarray(world_from_light, dtype=np.float64)
+    lamp, matrix = obj.data, np.asarray(world_from_light, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
         return None  # a portal only guides Cycles' sampling of the surroundings
     for item in (lamp, getattr(lamp, "cycles", None)):
@@ -43,9 +43,9 @@ def translate_light(translation: Translation, name: str, thing: Any, world_from_
         "name": name,
         "world_from_light": rigid(matrix),
         "color": color,
-        "group": thing.original.lightgroup,  # Blender does not tell the evaluated copy of a change
-        "camera_visible": thing.visible_camera,
-        "hidden_from": hidden_from(thing) & LIGHT_RAYS,
+        "group": obj.original.lightgroup,  # Blender does not tell the evaluated copy of a change
+        "camera_visible": obj.visible_camera,
+        "hidden_from": hidden_from(obj) & LIGHT_RAYS,
         "max_bounces": cycles_settings(lamp, "max_bounces", 1024),
         "casts_shadow": lamp.use_shadow,
         "is_planckian": shine.is_planckian,

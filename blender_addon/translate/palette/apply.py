@@ -37,6 +37,11 @@ def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None
     if kind_of(entry) == "illuminant":
         strength = float(xyz_of(spectrum)[1]) / (level_of(entry.id_data.spectral.palette) if level is None else level)
     store_spectrum(target.spectral, spectrum, strength=strength)
+    target.spectral.dyes.clear()
+    for designed in getattr(entry, "dyes", ()):
+        carried = target.spectral.dyes.add()
+        for name in ("excitation_nm", "emission_nm", "amount"):
+            setattr(carried, name, getattr(designed, name))
 
 
 def expose(scene: Scene, level: float) -> None:

@@ -30,9 +30,9 @@ def solver_of(palette: PropertyGroup) -> Solver:
 
 
 def _fluorescent(palette: PropertyGroup, dyed: dict[int, PropertyGroup]) -> Solver:
-    from spectral_core.palette.paint.fluorescence import FluorescentDye
     from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
     from spectral_core.palette.paint.fluorescent_report import palette_solution
+    from spectral_core.spectra.fluorescence import FluorescentDye
 
     def solve(problem: PaletteProblem) -> PaletteSolution:
         dyes = {

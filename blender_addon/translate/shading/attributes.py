@@ -18,14 +18,14 @@ def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
     return _first((depsgraph.view_layer, scene, scene.world), name)
 
 
-def object_attributes(thing: Any, instance: Any, reads: frozenset[str]) -> tuple[tuple[str, tuple[float, ...]], ...]:
+def object_attributes(obj: Any, instance: Any, reads: frozenset[str]) -> tuple[tuple[str, tuple[float, ...]], ...]:
     """What of an object's attributes its materials read, by the name that programs know it by."""
     found = []
     for read in sorted(reads):
         if not read.startswith(PREFIX):
             continue
         kind, _, name = read[len(PREFIX) :].partition(":")
-        owners = [thing.original, getattr(thing.original, "data", None)]
+        owners = [obj.original, getattr(obj.original, "data", None)]
         if kind == "INSTANCER" and instance.is_instance and instance.parent is not None:
             owners = [instance.parent.original, getattr(instance.parent.original, "data", None), *owners]
         found.append((read, _first(owners, name)))

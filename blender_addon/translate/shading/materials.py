@@ -14,17 +14,18 @@ from .. import spectra
 from ..context import Translation
 from . import media
 from .coordinate_nodes import raised_normal
+from .dyes import with_dyes
 from .material_spectrum import covers_texture, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output
 
-UNDRESSED = Material("No material", Diffuse(gray(0.8)))
+NO_MATERIAL = Material("No material", Diffuse(gray(0.8)))
 """What an object without a material wears, as in Cycles."""
 
 
 @dataclass(frozen=True)
-class Dressed:
+class TranslatedMaterial:
     """A material, and what it reads from the mesh: ``"uv"``, ``"generated"``, ``"attribute:…"``."""
 
     material: Material
@@ -35,10 +36,10 @@ MOST_FRAMES = 50_000
 """Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
 
 
-def translate_material(translation: Translation, material: Any) -> Dressed:
+def translate_material(translation: Translation, material: Any) -> TranslatedMaterial:
     """Material of a ``bpy.types.Material``; None is the plain default."""
     if material is None:
-        return Dressed(UNDRESSED, frozenset())
+        return TranslatedMaterial(NO_MATERIAL, frozenset())
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, MOST_FRAMES))
     try:
@@ -47,7 +48,7 @@ def translate_material(translation: Translation, material: Any) -> Dressed:
         sys.setrecursionlimit(before)
 
 
-def _translate(translation: Translation, material: Any) -> Dressed:
+def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     name = material.name_full
     reader = Reader(translation, material.name, on_surface=True)
     reader.material_index = int(material.pass_index)
@@ -76,4 +77,6 @@ def _translate(translation: Translation, material: Any) -> Dressed:
                 "see the texture",
             )  # fmt: skip
         surface = with_spectrum(surface, spectrum)
-    return Dressed(Material(name, surface, medium), mesh_inputs_of(surface))
+    if surface is not None:
+        surface = with_dyes(translation, surface, material, spectrum)
+    return TranslatedMaterial(Material(name, surface, medium), mesh_inputs_of(surface))

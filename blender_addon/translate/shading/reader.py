@@ -203,7 +203,7 @@ class Reader:
             self.shift = before
 
     def unknown(self, output: Output) -> Field:
-        """Closest thing to a node that is not understood: its own first color, else a neutral gray."""
+        """Substitute for a node that is not supported: its own first color, else a neutral gray."""
         self.note(f"the node {output.label!r} is not understood; a plain stand-in was used for it")
         for socket in output.node.inputs:
             if socket.type == "RGBA":

@@ -57,8 +57,8 @@ def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
     """Names of the lamps that a column stands for, None where it stands for no lamp of its own."""
     if column.light is None:
         return None
-    lamps = (thing for thing in scene.objects if thing.type == "LIGHT" and thing.data == column.light)
-    return frozenset(thing.name_full for thing in lamps) or None
+    lamps = (obj for obj in scene.objects if obj.type == "LIGHT" and obj.data == column.light)
+    return frozenset(obj.name_full for obj in lamps) or None
 
 
 def preview_scene(scene: Scene, context: Any) -> Scene:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.assembled import Assembled, weighted_roughness
 from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM
+from spectral_core.palette.assemble.requests import Group, Requests, Target
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Row, Side, View
-from spectral_core.palette.assemble.wishes import Group, Target, Wishes
 from spectral_core.palette.problem import CellIndex, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.qp.block import Block, RowKey
 from spectral_core.palette.qp.quadratic import Quadratic
@@ -36,14 +36,14 @@ LAB_UNIT = 100.0
 class Assembler:
     """Assembles the sides of one problem; holds what does not change between rounds."""
 
-    def __init__(self, problem: PaletteProblem, wishes: Wishes) -> None:
+    def __init__(self, problem: PaletteProblem, requests: Requests) -> None:
         self.problem = problem
-        self.wishes = wishes
+        self.requests = requests
         self.shares = Shares()
-        self._targets = {target.cell: target for target in wishes.targets}
-        self._blacks = {target.cell for target in wishes.blacks}
+        self._targets = {target.cell: target for target in requests.targets}
+        self._blacks = {target.cell for target in requests.blacks}
         self._members = {
-            cell: (number, k) for number, g in enumerate(wishes.groups) for k, cell in enumerate(g.members)
+            cell: (number, k) for number, g in enumerate(requests.groups) for k, cell in enumerate(g.members)
         }
 
     def free_items(self, side: Side) -> tuple[int, ...]:
@@ -55,7 +55,7 @@ class Assembler:
         """Take a problem in which one cell, in no group before and after, has another target."""
         self.problem = problem
         self._targets[target.cell] = target
-        self.wishes = replace(self.wishes, targets=tuple(self._targets.values()))
+        self.requests = replace(self.requests, targets=tuple(self._targets.values()))
 
     def in_group(self, cell: CellIndex) -> bool:
         """Whether a cell shares a free color."""
@@ -67,10 +67,10 @@ class Assembler:
         """The side around ``state``. ``perceptual``: errors in CIELAB, linearized at the wanted colors."""
         items = self.free_items(side)
         metric = self._metrics(state) if perceptual else None
-        view = View(self.problem, self.wishes, side, state, items, metric)
+        view = View(self.problem, self.requests, side, state, items, metric)
         columns = self._columns(view)
         limits = [
-            self.wishes.groups[number].box if condition == 0 else np.stack([np.full(3, -np.inf), np.full(3, np.inf)])
+            self.requests.groups[number].box if condition == 0 else np.stack([np.full(3, -np.inf), np.full(3, np.inf)])
             for number, condition in columns
         ]
         boxes = np.array(limits).reshape(-1, 2, 3).copy()
@@ -100,8 +100,8 @@ class Assembler:
     def _columns(self, view: View) -> dict[tuple[int, int], int]:
         """(group, condition) → number of its free color, for groups with an unknown member on this side."""
         found: dict[tuple[int, int], int] = {}
-        for number, group in enumerate(self.wishes.groups):
-            for condition in range(len(self.wishes.conditions)):
+        for number, group in enumerate(self.requests.groups):
+            for condition in range(len(self.requests.conditions)):
                 if self._group_applies(view, group, condition):
                     found[number, condition] = len(found)
         return found
@@ -119,15 +119,15 @@ class Assembler:
         if target is not None:
             conditions = [0]
             if cell in self._blacks:
-                conditions += [c for c in range(1, len(self.wishes.conditions)) if view.sees(cell, c)]
+                conditions += [c for c in range(1, len(self.requests.conditions)) if view.sees(cell, c)]
             for condition in conditions:
                 weight = self.row_weight(target.weight, target.exact, condition, cell)
                 own = target.weight**2 / COLOR_NORM**2
                 rows.append(Row(condition, cell, target.color, None, weight, own))
         if cell in self._members:
             number, k = self._members[cell]
-            group = self.wishes.groups[number]
-            for condition in range(len(self.wishes.conditions)):
+            group = self.requests.groups[number]
+            for condition in range(len(self.requests.conditions)):
                 column = columns.get((number, condition))
                 if column is not None:
                     weight = self.row_weight(group.weights[k], group.exact[k], condition, cell)
@@ -165,7 +165,7 @@ class Assembler:
         parts += self._subspace_rows(view, item) + self._light_rows(view, item)
         extra = sum(len(part[1]) for part in parts[1:])
         all_ties = np.concatenate([ties.reshape(3 * len(rows), 3 * len(columns)), np.zeros((extra, 3 * len(columns)))])
-        no_primaries = not view.has_primaries(item) and self.wishes.smoothness > 0
+        no_primaries = not view.has_primaries(item) and self.requests.smoothness > 0
         roughness, gram = self.roughness(view.side) if no_primaries else (np.zeros((0, size)), np.zeros((size, size)))
         low, high = self.problem.reflectance_bounds if view.side == "reflectances" else self.problem.light_bounds
         joined = parts[0] if len(parts) == 1 else tuple(np.concatenate(each) for each in zip(*parts, strict=True))
@@ -177,7 +177,7 @@ class Assembler:
         """Members of groups whose color is known already; exact ones fix the group's color in ``boxes``."""
         ties, targets, weights = [], [], []
         for (number, condition), column in columns.items():
-            group = self.wishes.groups[number]
+            group = self.requests.groups[number]
             for k, cell in enumerate(group.members):
                 if view.is_unknown(cell):
                     continue
@@ -201,7 +201,7 @@ class Assembler:
     def roughness(self, side: Side) -> tuple[Array, Array]:
         """ω_D D (r, n) of a spectrum of a side that is designed on the grid, and its square (n, n)."""
         unit = REFERENCE_STEP_NM if side == "lights" else 1.0
-        return weighted_roughness(self.problem.grid, self.problem.smoothness_operator, unit * self.wishes.smoothness)
+        return weighted_roughness(self.problem.grid, self.problem.smoothness_operator, unit * self.requests.smoothness)
 
     def _subspace_rows(self, view: View, item: int) -> list[tuple[Array, Array, Array]]:
         criterion = self.problem.subspace
@@ -212,7 +212,7 @@ class Assembler:
             weight = self._targets[cell].weight if cell in self._targets else 0.0
             if cell in self._members:
                 number, k = self._members[cell]
-                weight = max(weight, self.wishes.groups[number].weights[k])
+                weight = max(weight, self.requests.groups[number].weights[k])
             if weight:
                 squared = (criterion.weight * weight / COLOR_NORM) ** 2
                 found.append((view.subspace_matrix(item, cell), np.zeros(3), np.full(3, squared)))
@@ -239,9 +239,9 @@ class Assembler:
     def _metrics(self, state: PaletteState) -> Array:
         """d(Lab)/d(RGB) per cell (R, L, 3, 3): at its target, or at its present color."""
         at = np.array(state.colors())
-        for target in self.wishes.targets:
+        for target in self.requests.targets:
             at[target.cell] = target.color
-        for group in self.wishes.groups:
+        for group in self.requests.groups:
             middle = np.mean([at[cell] for cell in group.members], axis=0)
             for cell in group.members:
                 at[cell] = middle
@@ -252,8 +252,8 @@ class Assembler:
     def color_rms(self, state: PaletteState) -> float:
         """Root mean square error of targets and group members, in linear RGB, for the first observer."""
         actual = state.colors()
-        errors = [actual[target.cell] - target.color for target in self.wishes.targets]
-        for group in self.wishes.groups:
+        errors = [actual[target.cell] - target.color for target in self.requests.targets]
+        for group in self.requests.groups:
             shown = np.stack([actual[cell] for cell in group.members])
             errors.extend(shown - np.clip(shown.mean(axis=0), group.box[0], group.box[1]))
         return float(np.sqrt(np.mean(np.square(errors)))) if errors else 0.0
@@ -261,10 +261,10 @@ class Assembler:
     def robust_errors(self, state: PaletteState) -> Array | None:
         """Differences within groups, and of black cells from black, in all conditions but the first; None if none."""
         errors: list[Array] = []
-        for condition in self.wishes.conditions[1:]:
+        for condition in self.requests.conditions[1:]:
             actual = state.colors(condition)
-            errors.extend(actual[target.cell] for target in self.wishes.blacks)
-            for group in self.wishes.groups:
+            errors.extend(actual[target.cell] for target in self.requests.blacks)
+            for group in self.requests.groups:
                 shown = np.stack([actual[cell] for cell in group.members])
                 errors.extend(shown - shown.mean(axis=0))
         return np.array(errors) if errors else None
@@ -273,7 +273,7 @@ class Assembler:
         """Linear RGB (R, L, 3) by which the subspace misses each cell (Eq. 5.11); None where it is not asked."""
         if self.problem.subspace is None:
             return None
-        view = View(self.problem, self.wishes, "reflectances", state, self.free_items("reflectances"), None)
+        view = View(self.problem, self.requests, "reflectances", state, self.free_items("reflectances"), None)
         knots = self.problem.grid.wavelengths_nm
         surfaces = [
             item.spectrum.at(knots) if values is None and item.spectrum is not None else values
@@ -286,13 +286,13 @@ class Assembler:
     def robust_rows(self, assembled: Assembled, colors: Array, state: PaletteState) -> dict[RowKey, float]:
         """Weighted error of every robust row of a side that was just solved; ``colors``: its free colors (G, 3)."""
         errors: dict[RowKey, float] = {}
-        shown = [state.colors(condition) for condition in self.wishes.conditions]
+        shown = [state.colors(condition) for condition in self.requests.conditions]
         for (number, condition), common in zip(assembled.group_conditions, colors, strict=True):
-            group = self.wishes.groups[number]
+            group = self.requests.groups[number]
             for cell, weight in zip(group.members, group.weights, strict=True):
                 if condition:
                     errors[condition, cell] = weight * float(np.linalg.norm(shown[condition][cell] - common))
-        for condition in range(1, len(self.wishes.conditions)):
-            for target in self.wishes.blacks:
+        for condition in range(1, len(self.requests.conditions)):
+            for target in self.requests.blacks:
                 errors[condition, target.cell] = target.weight * float(np.linalg.norm(shown[condition][target.cell]))
         return errors

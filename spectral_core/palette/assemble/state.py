@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.kernel import ColorKernel, color_kernel
-from spectral_core.palette.assemble.wishes import Condition
+from spectral_core.palette.assemble.requests import Condition
 from spectral_core.palette.problem import PaletteLight, PaletteProblem
 from spectral_core.spectra.spectrum import Illuminant
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.criteria import subspace_errors
+from spectral_core.palette.assemble.requests import Condition, Requests
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.assemble.wishes import Condition, Wishes
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 
 Array = NDArray[np.float64]
@@ -39,14 +39,14 @@ class View:
     def __init__(
         self,
         problem: PaletteProblem,
-        wishes: Wishes,
+        requests: Requests,
         side: Side,
         state: PaletteState,
         items: tuple[int, ...],
         metric: Array | None,
     ) -> None:
         self.side, self.state, self.metric = side, state, metric
-        self._problem, self._conditions = problem, wishes.conditions
+        self._problem, self._conditions = problem, requests.conditions
         self._items = frozenset(items)
         self._axis = 0 if side == "reflectances" else 1
         self._matrices: dict[int | None, Array] = {}

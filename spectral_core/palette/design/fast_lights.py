@@ -50,13 +50,13 @@ class PlainPalette:
     @classmethod
     def of(cls, assembler: Assembler, *, perceptual: bool = False) -> Self | None:
         """The arrays of a palette; None where it is not plain."""
-        problem, wishes = assembler.problem, assembler.wishes
-        plain = not wishes.groups and len(wishes.conditions) == 1 and not any(t.exact for t in wishes.targets)
+        problem, requests = assembler.problem, assembler.requests
+        plain = not requests.groups and len(requests.conditions) == 1 and not any(t.exact for t in requests.targets)
         if not plain or any(light.free and light.primaries for light in problem.lights):
             return None
         shape = (len(problem.reflectances), len(problem.lights))
         weights, targets = np.zeros(shape), np.zeros((*shape, 3))
-        for target in wishes.targets:
+        for target in requests.targets:
             weights[target.cell] = target.weight**2 / COLOR_NORM**2
             targets[target.cell] = target.color
         positive = weights[weights > 0]

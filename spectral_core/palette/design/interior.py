@@ -5,7 +5,7 @@ Alternation and variable projection meet a kink wherever a bound of the other si
 the next. Here all bounds act from afar through a barrier, and both sides move together (Wächter and Biegler 2006).
 
 Where colors can be met, the minimum lies along a curved valley: its floor is where colors are met, and smoothness, a
-million times weaker, slopes along it. Three things make long steps there possible. The second derivatives hold the
+million times weaker, slopes along it. Three measures make long steps possible there. The second derivatives hold the
 multipliers of the last step instead of the errors at hand. A step that leaves the floor is brought back to it by Newton
 corrections with the same factors. Damping, where it is needed, is measured in units of the roughness.
 """

@@ -61,7 +61,7 @@ class Joint:
         boxes[0] = -np.inf
         for (number, condition), column in columns.items():
             if condition == 0:
-                boxes[:, column] = assembler.wishes.groups[number].box
+                boxes[:, column] = assembler.requests.groups[number].box
         known = known_colors(assembler, state, columns, boxes)
         colors = np.zeros((len(columns), 3))
         for side in sides[::-1]:

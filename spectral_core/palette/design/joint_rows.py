@@ -120,14 +120,14 @@ def known_colors(
     assembler: Assembler, state: PaletteState, columns: Columns, boxes: Array
 ) -> tuple[Array, Array, Array]:
     """Ties, targets and weights of group members of which nothing is designed; exact ones fix the group's color."""
-    problem, wishes = assembler.problem, assembler.wishes
+    problem, requests = assembler.problem, assembler.requests
     ties, targets, weights = [np.zeros((0, 3 * len(columns)))], [np.zeros(0)], [np.zeros(0)]
     for (number, condition), column in columns.items():
-        group = wishes.groups[number]
+        group = requests.groups[number]
         for k, cell in enumerate(group.members):
             if problem.reflectances[cell[0]].free or problem.lights[cell[1]].free:
                 continue
-            color = state.colors(wishes.conditions[condition])[cell]
+            color = state.colors(requests.conditions[condition])[cell]
             weight = assembler.row_weight(group.weights[k], group.exact[k], condition, cell)
             if np.isinf(weight):
                 boxes[:, column] = color

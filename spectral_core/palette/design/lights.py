@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
-from spectral_core.palette.assemble.wishes import Wishes
 from spectral_core.palette.design.fast_lights import PlainPalette
 from spectral_core.palette.design.projected import Projected, known
 from spectral_core.palette.design.rounds import Budget
@@ -56,7 +56,7 @@ class _Found:
     objective: float
 
 
-def outer_side(problem: PaletteProblem, wishes: Wishes) -> Side | None:
+def outer_side(problem: PaletteProblem, requests: Requests) -> Side | None:
     """The side that L-BFGS-B moves, the other one being solved for; None where neither way applies.
 
     Only bounds may restrict the outer side. Lights that must look white, or exact cells of measured reflectances under
@@ -68,8 +68,8 @@ def outer_side(problem: PaletteProblem, wishes: Wishes) -> Side | None:
     cells = [cell for row in problem.cells for cell in row]
     if problem.match != "linear" and any(cell.others or cell.box is not None for cell in cells):
         return None  # the metric of free colors moves with them, so that φ has no gradient of this form
-    exact = [target.cell for target in wishes.targets if target.exact]
-    exact += [cell for group in wishes.groups for cell, held in zip(group.members, group.exact, strict=True) if held]
+    exact = [target.cell for target in requests.targets if target.exact]
+    exact += [cell for group in requests.groups for cell, held in zip(group.members, group.exact, strict=True) if held]
     held = any(light.white_xyz is not None or light.luminance is not None for light in problem.lights if light.free)
     if not held and all(problem.reflectances[i].free for i, _ in exact):
         return "lights"

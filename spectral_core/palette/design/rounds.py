@@ -92,8 +92,8 @@ class Rounds:
         """One side: the new state. The worst case over observers takes several solves."""
         started = perf_counter()
         solved = [self._solved(side, state, perceptual=perceptual)]
-        wishes, problem = self.assembler.wishes, self.assembler.problem
-        if problem.robustness == "worst_case" and len(wishes.conditions) > 1:
+        requests, problem = self.assembler.requests, self.assembler.problem
+        if problem.robustness == "worst_case" and len(requests.conditions) > 1:
 
             def again() -> dict[RowKey, float]:
                 solved[0] = self._solved(side, state, perceptual=perceptual)

@@ -43,7 +43,7 @@ def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual:
     """
     assembler = rounds.assembler
     problem = assembler.problem
-    outer = outer_side(problem, assembler.wishes)
+    outer = outer_side(problem, assembler.requests)
     descent = None if outer is None else LightDescent(assembler, state, outer)
     if not _fits(assembler):
         if descent is not None:
@@ -72,7 +72,7 @@ def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual:
 def _fits(assembler: Assembler) -> bool:
     """Whether the joint interior point is fast for a palette, as far as its size says."""
     items = len(assembler.free_items("reflectances")) + len(assembler.free_items("lights"))
-    several = assembler.problem.robustness == "worst_case" and len(assembler.wishes.conditions) > 1
+    several = assembler.problem.robustness == "worst_case" and len(assembler.requests.conditions) > 1
     return items * assembler.problem.grid.size <= LARGEST and not several
 
 

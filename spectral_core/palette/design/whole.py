@@ -25,7 +25,7 @@ SECONDS = 2.0
 def brightened_to_fit(assembler: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
     """All lights times the largest reflectance that a design without upper bound has, if above it (section 5.5)."""
     low, high = assembler.problem.reflectance_bounds
-    open_ended = Assembler(replace(assembler.problem, reflectance_bounds=(low, np.inf)), assembler.wishes)
+    open_ended = Assembler(replace(assembler.problem, reflectance_bounds=(low, np.inf)), assembler.requests)
     answer = Engine().solve(softened(open_ended.assembled("reflectances", state).quadratic))
     largest = max((float(values.max()) for values in answer.values), default=0.0)
     if not np.isfinite(high) or largest <= high:

@@ -121,5 +121,5 @@ def distinct_cells(builder: Assembler, state: PaletteState, assembled: Assembled
         offsets,
         lower,
         upper,
-        UNIT_WORTH * max(max(weights), 1e-9) / builder.wishes.weight_scale**2,
+        UNIT_WORTH * max(max(weights), 1e-9) / builder.requests.weight_scale**2,
     )

@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.checks import require_range
+from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
-from spectral_core.palette.assemble.wishes import compiled_wishes
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
 from spectral_core.palette.design.whole import SECONDS, designed
 from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells, least_difference
@@ -86,9 +86,9 @@ def distinct_solutions(
 ) -> tuple[PaletteSolution, ...]:
     """The ends of all local searches of ``solve_distinct``, the best first; one solution where nothing was found."""
     started = perf_counter()
-    wishes = compiled_wishes(problem)
-    builder = Assembler(problem, wishes)
-    trace = SolveTrace(notes=list(wishes.notes))
+    requests = compiled_requests(problem)
+    builder = Assembler(problem, requests)
+    trace = SolveTrace(notes=list(requests.notes))
     state = initial_state(problem, None if warm is None else warm.state)
     if starts is None:
         starts = STARTS if warm is None or _coincide(problem, warm) else 0

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.assemble.requests import WEIGHT_RATIO, Target, compiled_requests
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
-from spectral_core.palette.assemble.wishes import WEIGHT_RATIO, Target, compiled_wishes
 from spectral_core.palette.cell_errors import CellErrors
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
@@ -48,7 +48,7 @@ class LivePalette:
     @cached_property
     def errors(self) -> CellErrors:
         """What every cell misses."""
-        return state_errors(self.problem, compiled_wishes(self.problem), self.state)
+        return state_errors(self.problem, compiled_requests(self.problem), self.state)
 
     @property
     def target_linear_rgb(self) -> Array:
@@ -88,19 +88,19 @@ class PaletteSession:
         """The present spectra."""
         return self._state
 
-    def edit(self, cell: CellIndex, wish: Cell) -> LivePalette:
-        """Replace one cell's wish and solve again."""
-        return self.edit_cells({cell: wish})
+    def edit(self, index: CellIndex, cell: Cell) -> LivePalette:
+        """Replace one cell and solve again."""
+        return self.edit_cells({index: cell})
 
     @on_one_thread
-    def edit_cells(self, wishes: Mapping[CellIndex, Cell]) -> LivePalette:
-        """Replace several cells' wishes and solve again. Raises InvalidInputError as PaletteProblem does."""
+    def edit_cells(self, cells: Mapping[CellIndex, Cell]) -> LivePalette:
+        """Replace several cells and solve again. Raises InvalidInputError as PaletteProblem does."""
         started = perf_counter()
-        before, problem = self._problem, self._problem.with_cells(wishes)
+        before, problem = self._problem, self._problem.with_cells(cells)
         changed = None
-        if len(wishes) == 1:
-            ((cell, wish),) = wishes.items()
-            changed = self._quick(before, problem, cell, wish)
+        if len(cells) == 1:
+            ((index, cell),) = cells.items()
+            changed = self._quick(before, problem, index, cell)
         self._problem = problem
         if changed is None:
             self._take(problem)
@@ -133,37 +133,37 @@ class PaletteSession:
         """Take a problem whose grid, lights or settings may differ; unknowns of unchanged shape are kept."""
         self._state = initial_state(problem, self._state)
         self._problem = problem
-        self._rounds = Rounds(Assembler(problem, compiled_wishes(problem)), SolveTrace())
+        self._rounds = Rounds(Assembler(problem, compiled_requests(problem)), SolveTrace())
         self._assembled: Assembled | None = None
 
     def _take(self, problem: PaletteProblem) -> None:
         """Take a problem that differs in its cells only; the engines go on from their last answers."""
         engines = self._rounds.engines
-        self._rounds = Rounds(Assembler(problem, compiled_wishes(problem)), SolveTrace())
+        self._rounds = Rounds(Assembler(problem, compiled_requests(problem)), SolveTrace())
         self._rounds.engines = engines
         self._assembled = None
 
-    def _quick(self, before: PaletteProblem, problem: PaletteProblem, cell: CellIndex, wish: Cell) -> int | None:
+    def _quick(self, before: PaletteProblem, problem: PaletteProblem, index: CellIndex, cell: Cell) -> int | None:
         """Take an edit of one target, or of its weight: the number of the block that changes; None where it is more."""
         assembled, assembler = self._assembled, self._rounds.assembler
         if assembled is None or problem.match != "linear" or problem.subspace is not None:
             return None
-        old = before.cells[cell[0]][cell[1]]
-        weight = wish.weight / assembler.wishes.weight_scale
-        weights = [weight, *(each.weight for each in assembler.wishes.targets)]
-        weights += [each for group in assembler.wishes.groups for each in group.weights]
+        old = before.cells[index[0]][index[1]]
+        weight = cell.weight / assembler.requests.weight_scale
+        weights = [weight, *(each.weight for each in assembler.requests.targets)]
+        weights += [each for group in assembler.requests.groups for each in group.weights]
         if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights) or old.weight == 0:
             return None  # weights are capped, or a cell asks nothing any more
-        if wish.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
+        if cell.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
             return None
-        if assembler.in_group(cell) or len(assembler.wishes.conditions) > 1 or assembler.wishes.notes:
+        if assembler.in_group(index) or len(assembler.requests.conditions) > 1 or assembler.requests.notes:
             return None
-        color = np.zeros(3) if wish.target is None else wish.target
-        assembler.with_target(problem, Target(cell, color, weight, wish.exact))
-        item = cell[0] if assembled.side == "reflectances" else cell[1]
+        color = np.zeros(3) if cell.target is None else cell.target
+        assembler.with_target(problem, Target(index, color, weight, cell.exact))
+        item = index[0] if assembled.side == "reflectances" else index[1]
         if item not in assembled.items:
             return None
-        self._assembled = assembler.reassembled(assembled, cell)
+        self._assembled = assembler.reassembled(assembled, index)
         return assembled.items.index(item)
 
     # -- solving -------------------------------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ class PaletteSession:
             return self._resolve_distinct(started)
         both, perceptual = len(self._rounds.sides) == 2, self._problem.match == "perceptual"
         matrices = None
-        trace = self._rounds.trace = SolveTrace(notes=list(self._rounds.assembler.wishes.notes))
+        trace = self._rounds.trace = SolveTrace(notes=list(self._rounds.assembler.requests.notes))
         if both or perceptual or self._problem.robustness == "worst_case" or not self._rounds.sides:
             for _ in range(rounds):
                 self._state = self._rounds.round(self._state, perceptual=perceptual)

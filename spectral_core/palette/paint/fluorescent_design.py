@@ -2,8 +2,9 @@
 """Palettes with fluorescent materials: reflectance and amounts of dye, and lights, designed in turn.
 
 The cells are those of a ``PaletteProblem``; dyes are given per reflectance. Unknowns of a fluorescent material are its
-reflectance S, the amounts a of its dyes and, at every wavelength, the energy s that it does not return, with
-S + Σ a_k ex_k + s = 1 and all of them at least 0: the energy bound as equalities, which every engine knows.
+reflectance S, the amounts a of its dyes and, at every wavelength, the share s of light that it does not return, with
+S + Σ a_k q_k + s = 1 (``share_per_amount``) and all of them at least 0: the bound as equalities, which every engine
+knows.
 """
 
 from __future__ import annotations
@@ -17,15 +18,13 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.criteria import second_differences
+from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import COLOR_NORM
-from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.cell_errors import cell_errors
 from spectral_core.palette.paint.fluorescence import (
-    FluorescentDye,
     FluorescentSurface,
     color_from_light,
     color_from_surface,
-    energy_per_amount,
 )
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import Block
@@ -33,6 +32,7 @@ from spectral_core.palette.qp.engine import Engine
 from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
+from spectral_core.spectra.fluorescence import FluorescentDye, share_per_amount
 from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
@@ -46,7 +46,7 @@ SETTLED = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentSolution:
-    """What became of the wishes. ``surfaces`` and ``illuminants`` in the problem's order; cells are (R, L, ...)."""
+    """What became of the requests. ``surfaces`` and ``illuminants`` in the problem's order; cells are (R, L, ...)."""
 
     problem: PaletteProblem
     surfaces: tuple[FluorescentSurface, ...]
@@ -58,7 +58,7 @@ class FluorescentSolution:
     check: Check
     """The worst of the last solves of each side."""
     exact_error: float
-    """How far exact cells are from their wish, in linear RGB."""
+    """How far exact cells are from their targets, in linear RGB."""
     rounds: int
 
     @property
@@ -67,9 +67,9 @@ class FluorescentSolution:
         return self.check.passed and self.exact_error <= EXACT_LIMIT
 
     @property
-    def largest_returned_energy(self) -> float:
-        """Largest share of light that any surface returns at any knot: at most 1, but for rounding."""
-        return max(float(surface.returned_energy().max()) for surface in self.surfaces)
+    def largest_returned_share(self) -> float:
+        """Largest share of photons or power that any surface returns at any knot: at most 1, but for rounding."""
+        return max(float(surface.returned_share().max()) for surface in self.surfaces)
 
 
 def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolution:
@@ -79,7 +79,7 @@ def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolutio
     lights from primaries, subspaces, "distinct" cells, negative reflectances, and dyes on measured reflectances.
     """
     _require_supported(problem, dyes)
-    design = _Design(problem, compiled_wishes(problem), dyes)
+    design = _Design(problem, compiled_requests(problem), dyes)
     checks: dict[str, Check] = {}
     before, rounds = np.inf, 0
     sides = [side for side in ("reflectances", "lights") if any(item.free for item in getattr(problem, side))]
@@ -96,8 +96,8 @@ def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolutio
 class _Design:
     """The spectra while they are designed."""
 
-    def __init__(self, problem: PaletteProblem, wishes: Wishes, dyes: Dyes) -> None:
-        self.problem, self.wishes = problem, wishes
+    def __init__(self, problem: PaletteProblem, requests: Requests, dyes: Dyes) -> None:
+        self.problem, self.requests = problem, requests
         self.dyes = [tuple(dyes.get(i, ())) for i in range(len(problem.reflectances))]
         self.lights: list[Spectrum] = [light.spectrum for light in problem.lights]
         self._engines = {"reflectances": Engine(), "lights": Engine()}
@@ -128,7 +128,7 @@ class _Design:
     def solution(self, check: Check, rounds: int) -> FluorescentSolution:
         """What the present spectra are."""
         actual = self.colors()
-        errors = cell_errors(self.problem, self.wishes, [actual])
+        errors = cell_errors(self.problem, self.requests, [actual])
         return FluorescentSolution(
             self.problem,
             tuple(self.surfaces),
@@ -137,7 +137,7 @@ class _Design:
             actual,
             errors.delta_e_2000,
             check,
-            exact_error(self.wishes, actual)[0],
+            exact_error(self.requests, actual)[0],
             rounds,
         )
 
@@ -152,14 +152,14 @@ class _Design:
         return FluorescentSurface(name, reflectance, self.dyes[item], values[n : n + count])
 
     def _assembled(self, side: str, items: list[int]) -> Quadratic:
-        """All wishes as rows over the unknowns of one side."""
+        """All requests as rows over the unknowns of one side."""
         axis = 0 if side == "reflectances" else 1
-        groups = [g for g in self.wishes.groups if any(cell[axis] in items for cell in g.members)]
+        groups = [g for g in self.requests.groups if any(cell[axis] in items for cell in g.members)]
         boxes = np.array([group.box for group in groups]).reshape(-1, 2, 3).copy()
         shown = self.colors()
         rows: dict[int, list[tuple[Array, Array, Array, float]]] = {item: [] for item in items}
         known: list[tuple[Array, Array, float]] = []
-        for target in self.wishes.targets:
+        for target in self.requests.targets:
             if target.cell[axis] in rows:
                 weight = np.inf if target.exact else target.weight**2 / COLOR_NORM**2
                 matrix = self._color_matrix(side, target.cell)
@@ -199,14 +199,16 @@ class _Design:
         n, count = grid.size, 0 if side == "lights" else len(self.dyes[item])
         size = n + count + (n if count else 0)
         rough = np.zeros((n, size))
-        rough[:, :n] = self.wishes.smoothness * second_differences(grid, self.problem.smoothness_operator)
+        rough[:, :n] = self.requests.smoothness * second_differences(grid, self.problem.smoothness_operator)
         low, high = self.problem.light_bounds if side == "lights" else self.problem.reflectance_bounds
         lower, upper = np.zeros(size), np.full(size, np.inf)
         lower[:n], upper[:n] = low, high
         energy = np.zeros((0, size))
         if count:
             upper[n + count :] = 1.0
-            energy = np.concatenate([np.eye(n), energy_per_amount(self.dyes[item], grid), np.eye(n)], axis=1)
+            energy = np.concatenate(
+                [np.eye(n), share_per_amount(self.dyes[item], grid.wavelengths_nm), np.eye(n)], axis=1
+            )
         return Block(
             np.concatenate([*(np.pad(m, ((0, 0), (0, size - m.shape[1]))) for m, *_ in rows), energy]),
             np.concatenate([*(target for _, target, _, _ in rows), np.ones(len(energy))]),

@@ -7,8 +7,9 @@ from spectral_core.palette.paint.fluorescent_design import FluorescentSolution
 from spectral_core.palette.solution import REMEDIES, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
 from spectral_core.spectra.spectrum import Illuminant, Reflectance
 
-NOT_RENDERED = (
-    "Rendering shows what fluorescent materials reflect, not what they send out: they look darker there than here."
+RENDERED = (
+    "Apply to Scene gives materials their dyes. Rendering shows the dyes' light where it traces spectra, as it does "
+    "wherever a dye is in sight."
 )
 
 
@@ -19,9 +20,9 @@ def palette_solution(found: FluorescentSolution) -> PaletteSolution:
         used = [(dye, amount) for dye, amount in zip(surface.dyes, surface.amounts, strict=True) if amount > 1e-4]
         if used:
             words = ", ".join(f"{amount:.2f} of {dye.name}" for dye, amount in used)
-            notes.append(f"{surface.name} holds {words}; it returns at most {surface.returned_energy().max():.0%}.")
+            notes.append(f"{surface.name} holds {words}; it returns at most {surface.returned_share().max():.0%}.")
     if notes:
-        notes.append(NOT_RENDERED)
+        notes.append(RENDERED)
     worst = float(max(found.delta_e_2000[found.delta_e_2000 == found.delta_e_2000], default=0.0))
     status = PaletteStatus.SOLVED if worst <= VISIBLE_DELTA_E else PaletteStatus.COMPROMISE
     if not found.check.passed:
@@ -39,7 +40,7 @@ def palette_solution(found: FluorescentSolution) -> PaletteSolution:
         delta_e_2000=found.delta_e_2000,
         residuals={},
         kkt_residual=found.check.kkt,
-        bound_violation=max(found.largest_returned_energy - 1.0, 0.0),
+        bound_violation=max(found.largest_returned_share - 1.0, 0.0),
         status=status,
         remedy=REMEDIES[status],
         rounds=found.rounds,

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import COLOR_NORM, Assembler
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.assemble.wishes import Wishes, compiled_wishes
 from spectral_core.palette.design.rounds import SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.paint.mixtures import paint_mixture, paint_slope, tint_differences
@@ -72,7 +72,7 @@ def with_tints(builder: Assembler, linked: Quadratic, state: PaletteState, crite
     knots = builder.problem.grid.wavelengths_nm
     rows: dict[int | None, list[tuple[int, Array, Array, float]]] = {k: [] for k in (None, *numbers.values())}
     count = len(linked.color_lower)
-    for members in matching_cells(builder.wishes):
+    for members in matching_cells(builder.requests):
         if not any(cell[0] in numbers for cell in members):
             continue
         for level in criterion.levels:
@@ -119,11 +119,11 @@ def _tie(column: int, count: int) -> Array:
     return tie
 
 
-def matching_cells(wishes: Wishes) -> list[dict[CellIndex, float]]:
+def matching_cells(requests: Requests) -> list[dict[CellIndex, float]]:
     """Cells that should look the same, with their weights: those tied, and those of one color under one light."""
-    tied = [dict(zip(group.members, group.weights, strict=True)) for group in wishes.groups]
+    tied = [dict(zip(group.members, group.weights, strict=True)) for group in requests.groups]
     same: dict[tuple[int, bytes], dict[CellIndex, float]] = {}
-    for target in wishes.targets:
+    for target in requests.targets:
         same.setdefault((target.cell[1], target.color.tobytes()), {})[target.cell] = target.weight
     return [cells for cells in (*tied, *same.values()) if len(cells) > 1]
 
@@ -144,7 +144,7 @@ def solve_with_tints(
     solution = solve_palette(problem)
     if not solution.status.trusted:
         return solution
-    builder = Assembler(problem, compiled_wishes(problem))
+    builder = Assembler(problem, compiled_requests(problem))
     state: PaletteState = solution.state
     trace = SolveTrace(notes=[*solution.notes, "tints are matched with the lights held"])
     objective, reach = _tint_objective(builder, state, criterion), STEP_LIMIT
@@ -171,7 +171,7 @@ def solve_with_tints(
 def largest_tint_difference(solution: PaletteSolution, criterion: TintCriterion) -> float:
     """Largest ΔE2000 between tints of cells under one light that should look the same; 0 where there are none."""
     worst = 0.0
-    for members in matching_cells(compiled_wishes(solution.problem)):
+    for members in matching_cells(compiled_requests(solution.problem)):
         for a, b in combinations(members, 2):
             if a[1] == b[1]:
                 found = tint_differences(solution, [(a[0], b[0])], base=criterion.base, levels=criterion.levels)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Amounts of paints, inks or filters for a wanted material: a recipe in grams, coverages or thicknesses.
 
-The unknowns are amounts of things that exist. Paints mix by Kubelka and Munk's theory of opaque layers (absorption and
+The unknowns are amounts of real colorants. Paints mix by Kubelka and Munk's theory of opaque layers (absorption and
 scattering add), inks by Yule and Nielsen's halftones over Demichel's overprints, filters by Bouguer and Beer's law.
 """
 

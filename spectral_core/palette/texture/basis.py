@@ -22,6 +22,9 @@ from spectral_core.palette.texture.reach import corner_colors, reachable_scales
 Array = NDArray[np.float64]
 
 MOST_SPECTRA = 8
+MOST_ITERATIONS = 40
+EASY_FLOOR = 0.05
+"""A lower floor is climbed to from here as well: climbs that begin at a low floor may end at half the contrast."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +39,7 @@ class TextureBasis:
 
 
 def design_basis(
-    matrix: ArrayLike, count: int, *, floor: float = 0.05, smoothness: float = 0.25, seconds: float = 8.0
+    matrix: ArrayLike, count: int, *, floor: float = 0.05, smoothness: float = 0.25, iterations: int = MOST_ITERATIONS
 ) -> TextureBasis:
     """Find the K spectra with which the hardest combination of display colors keeps the most contrast.
 
@@ -46,7 +49,8 @@ def design_basis(
     count : K, from 3L to 8.
     floor : linear gray of the darkest color.
     smoothness : largest second difference of a spectrum between neighboring knots, 0.02 to 2.
-    seconds : time after which no further iteration begins.
+    iterations : linear programs that each climb may use at most; counted, so that a busy machine finds the
+        same.
 
     Raises
     ------
@@ -62,20 +66,21 @@ def design_basis(
     require_range("smoothness", smoothness, 0.02, 2.0)
     corners = corner_colors(rows // 3)
     best: tuple[float, Array] | None = None
-    iterations = 0
-    for share, start in enumerate((_bands_at_peaks(stimuli, count), _bands_of_equal_light(stimuli, count))):
-        left = started + seconds - time.perf_counter()
-        slope, spectra, used = _climb(
-            stimuli,
-            _smoothed(start, smoothness),
-            corners,
-            (floor, smoothness, time.perf_counter() + left / (2 - share)),
-        )
-        iterations += used
+    total = 0
+    at_peaks, equal = _bands_at_peaks(stimuli, count), _bands_of_equal_light(stimuli, count)
+    for start, floors in (
+        (at_peaks, (floor,)),
+        (equal, (floor,)),
+        *([(at_peaks, (EASY_FLOOR, floor))] if floor < EASY_FLOOR else []),
+    ):
+        spectra = _smoothed(start, smoothness)
+        for stage in floors:
+            slope, spectra, used = _climb(stimuli, spectra, corners, (stage, smoothness, iterations))
+            total += used
         if best is None or slope > best[0]:
             best = slope, spectra
     assert best is not None
-    return TextureBasis(best[1], floor, best[0], iterations, time.perf_counter() - started)
+    return TextureBasis(best[1], floor, best[0], total, time.perf_counter() - started)
 
 
 def _bands_of_equal_light(stimuli: Array, count: int) -> Array:
@@ -119,14 +124,14 @@ def _smoothed(spectra: Array, smoothness: float) -> Array:
 
 
 def _climb(
-    stimuli: Array, spectra: Array, corners: Array, limits: tuple[float, float, float]
+    stimuli: Array, spectra: Array, corners: Array, limits: tuple[float, float, int]
 ) -> tuple[float, Array, int]:
     """Sequence of linear programs with a trust region: slope, spectra, iterations."""
-    floor, smoothness, until = limits
+    floor, smoothness, most = limits
     reach = reachable_scales(stimuli @ spectra.T, corners, floor)
     slope, radius, used = float(reach.scales.min()), 0.2, 0
     constraints = _Constraints(spectra.shape, smoothness)
-    while radius > 1e-3 and time.perf_counter() < until:
+    while radius > 1e-3 and used < most:
         used += 1
         # ds/dB = outer(M^T y, w - floor): what a spectrum's knot adds to the color, times the weight it is used with.
         slopes = (reach.multipliers @ stimuli)[:, None, :] * (reach.reflectances - floor)[:, :, None]

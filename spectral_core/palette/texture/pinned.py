@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One picture with wishes: exact under one light, and some of its colors look as wished under another.
+"""One picture with wanted colors: exact under one light, and some of its colors look different under another.
 
-The wishes become a texture of K channels like any other: the lattice of ``uplift`` in the weights of K spectra. Which K
-spectra serves the wishes best is searched among hats with moved peaks.
+The wanted colors become a texture of K channels like any other: the lattice of ``uplift`` in the weights of K spectra.
+A search over hats with moved peaks finds the K spectra that come nearest to the wanted colors.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
-from spectral_core.palette.texture.loss import band_delta_e, picture_losses
+from spectral_core.palette.texture.loss import picture_losses, texel_delta_e
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, stimulus_matrix
-from spectral_core.palette.texture.texture import BAND_TEXELS, Picture, SpectralTexture, TextureDesign
+from spectral_core.palette.texture.texture import Picture, SpectralTexture, TextureDesign
 from spectral_core.palette.texture.uplift import Pin, Uplift, design_uplift, nearest_weights
 from spectral_core.spectra.color import lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant
@@ -27,16 +27,18 @@ Array = NDArray[np.float64]
 TRIALS, RESTARTS = 250, 3
 """Moves of peaks that one search for a basis tries, and searches from each of two starts."""
 SETTLED = 1e-2
-"""Sum of squared CIELAB distances to the wishes below which the search ends."""
+"""Sum of squared CIELAB distances to the wanted colors below which the search ends."""
 LEAST_GAP = 2.5
 """Between the peaks of two spectra, in knots of 5 nm."""
+BAND_TEXELS = 1 << 20
+"""Texels whose equal colors are looked up once."""
 CHUNK = 1 << 18
 """Different colors that are looked up at a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinnedDesign:
-    """A texture of one picture, and the lattice with what became of each wish (``uplift.pins``)."""
+    """A texture of one picture, and the lattice with the outcome of each wanted color (``uplift.pins``)."""
 
     design: TextureDesign
     uplift: Uplift
@@ -52,21 +54,21 @@ def design_pinned_texture(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> PinnedDesign:
-    """Find the texture that shows ``picture`` under ``first``, with wishes for its colors under ``second``.
+    """Find the texture that shows ``picture`` under ``first``, and wanted colors under ``second``.
 
     Parameters
     ----------
     picture : what the surface shows under the first light.
     first : light under which every texel is exact.
-    second : light of the wishes.
-    pins : the wishes, in linear sRGB relative to each light's white.
-    count : basis spectra K, 6 to 8; more leave the wishes more room.
+    second : light of the wanted colors.
+    pins : the wanted colors, in linear sRGB relative to each light's white.
+    count : basis spectra K, 6 to 8; more come nearer to the wanted colors.
     seed : of the search for the basis.
     progress : called with the share done, from 0 to 1.
 
     Raises
     ------
-    InvalidInputError : contradicting wishes, or a light that leaves the picture no contrast.
+    InvalidInputError : contradicting wanted colors, or a light that leaves the picture no contrast.
     """
     started = time.perf_counter()
     matrix = stimulus_matrix([first])
@@ -98,7 +100,7 @@ def _looked_up(
         flat = colors.view(np.float32).reshape(-1, 3)
         found = np.concatenate([uplift.weights(flat[start : start + CHUNK]) for start in range(0, len(flat), CHUNK)])
         stored = np.abs(found).astype(np.float16)
-        errors = band_delta_e(np.float32(slope) * flat.T, stored.T.astype(np.float32), color_from_weights)[0]
+        errors = texel_delta_e(np.float32(slope) * flat.T, stored.T.astype(np.float32), color_from_weights)[0]
         weights[:, first:last] = stored[places.ravel()].T.reshape(count, last - first, width)
         delta_e[0, first:last] = errors[places.ravel()].reshape(last - first, width)
         if progress is not None:
@@ -107,9 +109,9 @@ def _looked_up(
 
 
 def _basis_for_pins(first: Array, second: Array, pins: Sequence[Pin], count: int, seed: int) -> TextureBasis:
-    """Spectra that show every display color under the first light, and come nearest to the wishes under the second."""
+    """Spectra of all display colors under the first light that come nearest to the wanted colors under the second."""
     started = time.perf_counter()
-    plain = design_basis(first, count, floor=0.0, seconds=3.0)
+    plain = design_basis(first, count, floor=0.0)
     if not pins:
         return plain
     search = _BasisSearch(first, second, pins, min(plain.slope, 1.0) - 1e-9)
@@ -160,7 +162,7 @@ class _BasisSearch:
 
 
 def _missed(spectra: Array, first: Array, second: Array, pins: Sequence[Pin]) -> float:
-    """Sum of squared CIELAB distances that are left to the wishes at least."""
+    """Sum of squared CIELAB distances that remain to the wanted colors at least."""
     one, two = np.ascontiguousarray(first @ spectra.T), second @ spectra.T
     total = 0.0
     for pin in pins:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that one spectral texture is made from, as a document, and the way from it to the texture.
 
-A document names pictures, lights and wishes; the panel in Blender, the command line and a script make the same one.
+A document names pictures, lights and wanted colors. The panel in Blender, the command line and a script make the same
+document.
 """
 
 from __future__ import annotations
@@ -56,36 +57,34 @@ class TextureSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureProject:
-    """Pictures (files), lights (none: designed), wishes (of one picture), settings."""
+    """Pictures (files), lights (none: designed), wanted colors (of one picture), settings."""
 
     pictures: tuple[Path, ...]
     lights: tuple[Illuminant, ...] = ()
-    wishes: tuple[Pin, ...] = ()
+    wanted_colors: tuple[Pin, ...] = ()
     settings: TextureSettings = TextureSettings()
 
     def __post_init__(self) -> None:
         if len(self.pictures) not in (1, 2):
             raise InvalidInputError(
-                f"one surface takes one picture with wishes or two pictures; got {len(self.pictures)}"
+                f"one surface takes one picture with wanted colors or two pictures; got {len(self.pictures)}"
             )
         if len(self.lights) not in (0, 2):
             raise InvalidInputError(f"two pictures need two lights; got {len(self.lights)}")
         if len(self.pictures) == 1 and not self.lights:
-            raise InvalidInputError(
-                "one picture needs two lights: the one that it is seen under, and the one that the wishes are for"
-            )
-        if len(self.pictures) == 2 and self.wishes:
-            raise InvalidInputError("wishes are for one picture; with two pictures the second says what is wished")
+            raise InvalidInputError("one picture needs two lights: its own, and that of the wanted colors")
+        if len(self.pictures) == 2 and self.wanted_colors:
+            raise InvalidInputError("wanted colors are for one picture; with two pictures the second gives the colors")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureOutcome:
-    """The texture, the lights' own design where they were designed, and what became of each wish."""
+    """The texture, the lights' own design where they were designed, and the outcome of each wanted color."""
 
     design: TextureDesign
     allowed: ReachableContrast | None
     designed_lights: LightDesign | None = None
-    wishes: tuple[PinResult, ...] = ()
+    wanted_colors: tuple[PinResult, ...] = ()
 
 
 def run_project(
@@ -103,7 +102,7 @@ def run_project(
 
     Raises
     ------
-    InvalidInputError : pictures of different sizes, or what the lights, basis or wishes refuse.
+    InvalidInputError : pictures of different sizes, or lights, a basis or wanted colors that cannot be used.
     """
     settings = project.settings
 
@@ -115,12 +114,12 @@ def run_project(
         tell(_BASIS_SHARE + (0.95 - _BASIS_SHARE) * share, "texels")
 
     if len(pictures) == 1:
-        tell(0.0, "spectra for the wishes")
+        tell(0.0, "spectra for the wanted colors")
         first, second = project.lights
         pinned = design_pinned_texture(
-            pictures[0], first, second, project.wishes, count=settings.spectra or 8, progress=texels
+            pictures[0], first, second, project.wanted_colors, count=settings.spectra or 8, progress=texels
         )
-        return TextureOutcome(pinned.design, None, wishes=pinned.uplift.pins)
+        return TextureOutcome(pinned.design, None, wanted_colors=pinned.uplift.pins)
     tell(0.0, "lights")
     designed = None
     lights = project.lights
@@ -152,11 +151,13 @@ def project_of(document: dict[str, Any], folder: Path) -> TextureProject:
     TEXTURE_SCHEMA.require_valid(document)
     files = SpectrumFiles(folder)
     lights = tuple(decoded_spectrum(each, "illuminant", TEXTURE_GRID, files) for each in document.get("lights", ()))
-    wishes = [Pin(decoded_color(each["color"]), decoded_color(each["wanted"])) for each in document.get("wishes", ())]
+    # "wishes" is the key that earlier versions wrote.
+    listed = [*document.get("wanted_colors", ()), *document.get("wishes", ())]
+    wanted_colors = [Pin(decoded_color(each["color"]), decoded_color(each["wanted"])) for each in listed]
     return TextureProject(
         tuple(folder / name for name in document["pictures"]),
         tuple(Illuminant(light.name, light.grid, light.values) for light in lights),
-        tuple(wishes),
+        tuple(wanted_colors),
         TextureSettings(**document.get("settings", {})),
     )
 
@@ -181,6 +182,8 @@ def document_of(project: TextureProject) -> dict[str, Any]:
         ]
     if settings:
         document["settings"] = settings
-    if project.wishes:
-        document["wishes"] = [{"color": pin.color.tolist(), "wanted": pin.wanted.tolist()} for pin in project.wishes]
+    if project.wanted_colors:
+        document["wanted_colors"] = [
+            {"color": pin.color.tolist(), "wanted": pin.wanted.tolist()} for pin in project.wanted_colors
+        ]
     return document

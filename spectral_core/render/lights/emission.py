@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.render.lights.listing import LightList, Source
 from spectral_core.render.plugins.numbers import table
-from spectral_core.render.trace.wavelengths import FIRST_NM, WAVELENGTHS_NM
+from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.spectra.spectrum import Spectrum
 
 
@@ -52,14 +52,14 @@ class Emission:
             if key not in rows:
                 if exact:
                     rows[key] = len(spectra)
-                    spectra.append(unit.at(WAVELENGTHS_NM))
+                    spectra.append(unit.at(EXCITED_NM))
                 else:
                     rows[key] = -1 - len(textures)
                     textures.append(texture_of(unit))
             index[number] = rows[key] if rows[key] >= 0 else (1 << 24) - rows[key] - 1
         self._index, self._scales = table(mi.UInt32, index), table(mi.Float, scales)
         self._has_rows, self._kept = bool(spectra), textures
-        rows_table = np.array(spectra, np.float32) if spectra else np.zeros((1, WAVELENGTHS_NM.size), np.float32)
+        rows_table = np.array(spectra, np.float32) if spectra else np.zeros((1, EXCITED_NM.size), np.float32)
         self._table = table(mi.Float, rows_table)
         if textures:
             self._pointers = mi.TexturePtr(textures)
@@ -90,10 +90,10 @@ class Emission:
         import drjit as dr
 
         mi = self._mi
-        size = WAVELENGTHS_NM.size
+        size = EXCITED_NM.size
         values = []
         for k in range(4):
-            place = wavelengths[k] - float(FIRST_NM)
+            place = wavelengths[k] - float(EXCITED_NM[0])
             low = mi.UInt32(dr.clip(place, 0.0, size - 2.0))
             inside = active & (place >= 0.0) & (place <= size - 1.0)
             first = dr.gather(mi.Float, self._table, row * size + low, inside)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Changes of single things in a loaded scene, each made in place, or refused with nothing said about why.
+"""Changes of single parts of a loaded scene; each is made in place, or refused without a reason.
 
 A refusal is no error: the scene is then loaded as a whole, which is always right.
 """
@@ -17,6 +17,7 @@ from spectral_core.render.live.transplant import transplant
 from spectral_core.render.mitsuba_scene import geometry, light, surface
 from spectral_core.render.mitsuba_scene.assemble import bounding_sphere
 from spectral_core.render.mitsuba_scene.light import LightObject
+from spectral_core.render.plan.inventory import dyed
 from spectral_core.scene import Instance, Light, Material, Mesh, Scene, World
 
 LEAST_VOLUME = 1e-6
@@ -48,10 +49,10 @@ class Edit:
 
     def material(self, old: Material, new: Material) -> bool:
         """Another number of a material."""
-        if not equal(old.medium, new.medium):
-            return False
+        if not equal(old.medium, new.medium) or dyed(old) or dyed(new):
+            return False  # what dyes send out stands in tables of the whole scene
         surfaces = self._parts.context.bsdf.surfaces
-        if not surfaces.has(old.name):  # worn by nothing that is seen
+        if not surfaces.has(old.name):  # assigned to nothing that is rendered
             return True
         context, kept = self._parts.context, self._made()
         was = surface.emission(context, old.surface, old.name)
@@ -73,8 +74,8 @@ class Edit:
             if name in instance.materials:
                 shapes = self._parts.placed[instance.name]
                 surfaces = self._parts.context.bsdf.surfaces
-                worn = [shape for shape in shapes if surfaces.is_worn(shape, name)]
-                found += [shape.emitter() for shape in worn if shape.emitter() is not None]
+                assigned = [shape for shape in shapes if surfaces.is_assigned(shape, name)]
+                found += [shape.emitter() for shape in assigned if shape.emitter() is not None]
         return found
 
     def light(self, old: Light, new: Light) -> bool:
@@ -83,8 +84,7 @@ class Edit:
         if type(old) is not type(new) or any(not equal(_of(old, name), _of(new, name)) for name in rules):
             return False
         kept = self._made()
-        meshes = {mesh.name: [mesh.positions] for mesh in self._new.meshes if len(mesh.positions)}
-        made = light.light_objects(self._parts.context, new, bounding_sphere(self._new, meshes))
+        made = light.light_objects(self._parts.context, new, bounding_sphere(self._new))
         there = self._parts.lights[old.name]
         done = len(made) == len(there)
         for mine, given in zip(there, made, strict=False):
@@ -157,6 +157,22 @@ class Edit:
             group.parameters_changed()
         self._moved = True
         return True
+
+    def warm(self) -> None:
+        """Fill every mesh that can be edited with what it has.
+
+        A mesh whose buffers were filled after the scene was made looks like another kind to a recorded launch, once:
+        without this the first edit of each mesh would record anew.
+        """
+        for mesh in self._new.meshes:
+            worn = [instance for instance in self._new.instances if instance.mesh == mesh.name]
+            if all(self._is_placed(instance) for instance in worn):
+                parts = geometry.split_by_material(mesh)
+                for index, shape, group in self._parts.shapes.meshes.get(mesh.name, []):
+                    geometry.fill(self._mi, shape, parts[index], parts[index])
+                    group.parameters_changed()
+                    self._moved = True
+        self.finish()
 
     def _is_placed(self, instance: Instance) -> bool:
         return all(shape.class_name() == "Instance" for shape in self._parts.placed[instance.name])

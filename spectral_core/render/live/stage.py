@@ -25,6 +25,9 @@ from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Note, Scene
 
+MOST_WARMED = 300_000
+"""Triangles of a scene whose meshes are made ready for edits as it is loaded; it doubles a part of the loading time."""
+
 
 class Stage:
     """One scene as Mitsuba has it. ``show`` brings it up to date; ``launcher`` traces it.
@@ -111,6 +114,8 @@ class Stage:
     def _load(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> None:
         self.forget()
         self._job = RenderJob(scene, plan, Measure(movable=True))
+        if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
+            edits.Edit(self._job.loaded, simulated, simulated).warm()
         self._launcher = Launcher(self._job.loaded, scene.film)
         self.scene, self._simulated, self._plan = scene, simulated, plan
         self.loads += 1

@@ -24,11 +24,12 @@ from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
+from spectral_core.scene.geometry import box_of, corners_of
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
 LAMP_BODY = "\0lamp"
-"""Name of what Mitsuba's lamps wear: light passes them. No material of an artist's has it."""
+"""Name of the material of Mitsuba's lamps: light passes them. No material of an artist has it."""
 UNLIMITED_BOUNCES = 1024
 """Blender's own largest number: a light that counts for so many bounces counts for all."""
 
@@ -125,7 +126,7 @@ def load_scene(
             description[f"light_{number:06d}_{object_number}"] = made.entry
             _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
             if isinstance(made.entry, mitsuba.Shape):
-                context.bsdf.surfaces.wear(made.entry, LAMP_BODY)
+                context.bsdf.surfaces.assign(made.entry, LAMP_BODY)
             if isinstance(made.entry, mitsuba.Shape) and not item.camera_visible:
                 hidden.append(made.entry)
                 rules.add_shapes([made.entry], int(Rays.CAMERA))
@@ -211,18 +212,20 @@ def size_note(radius: float) -> tuple[Note, ...]:
 
 def scene_radius(scene: Scene) -> float:
     """Radius of the sphere around everything that is placed, the camera among it."""
-    return bounding_sphere(scene, {mesh.name: [mesh.positions] for mesh in scene.meshes if len(mesh.positions)})[1]
+    return bounding_sphere(scene)[1]
 
 
 def bounding_sphere(
-    scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]]
+    scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]] | None = None
 ) -> tuple[NDArray[np.float64], float]:
-    """Center and radius around every placed mesh (its positions by name), every volume and the camera."""
+    """Center and radius around every placed mesh (its positions by name, by default all), volume and the camera."""
+    if positions is None:
+        boxes = {mesh.name: [box_of(mesh)] for mesh in scene.meshes if len(mesh.positions)}
+    else:
+        boxes = {name: [corners_of(part) for part in parts] for name, parts in positions.items()}
     points = [scene.camera.world_from_camera[None, :3, 3]]
     for instance in scene.instances:
-        for part in positions.get(instance.mesh, ()):
-            low, high = part.min(axis=0), part.max(axis=0)
-            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
+        for corners in boxes.get(instance.mesh, ()):
             points.append(corners @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
     for volume in scene.volumes:
         corners = np.array(np.meshgrid(*((-0.5, n - 0.5) for n in volume.data.shape))).reshape(3, 8).T

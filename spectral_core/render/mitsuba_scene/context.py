@@ -15,6 +15,7 @@ from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.paints.upsampling import Upsampling
 from spectral_core.render.plugins.surfaces.scene_bsdf import scene_bsdf_class
 from spectral_core.render.plugins.surfaces.table import SurfaceTables
+from spectral_core.render.trace.reradiation import Dyed
 from spectral_core.scene import Note, Program
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -44,6 +45,8 @@ class Context:
     """Whether the paths that are taken know how to walk below surfaces."""
     has_subsurface: bool = False
     """Whether any surface was made that they must walk below."""
+    dyed: dict[str, Dyed] = field(default_factory=dict)
+    """By material what is fluorescent of it, in spectral transport."""
 
     @cached_property
     def tables(self) -> SceneTables:
@@ -61,7 +64,7 @@ class Context:
 
     @cached_property
     def bsdf(self) -> Any:
-        """The one BSDF of all shapes; its ``surfaces`` know what each wears."""
+        """The one BSDF of all shapes; its ``surfaces`` know the material of each."""
         tables = SurfaceTables(self.tables, self.upsampling)
         return self._kept(scene_bsdf_class(self.mitsuba.variant())(tables))
 

@@ -44,6 +44,8 @@ class RayRules:
     """Whether light walks below some surface."""
     surfaces: Any = None
     """``SurfaceTables`` of the scene."""
+    reradiation: Any | None = None
+    """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
 
     def add_shapes(self, shapes: Iterable[Any], bits: int, unlit: int = 0, clear: int = 0) -> None:
         """Rules of one placed object, which may be several shapes."""
@@ -74,6 +76,8 @@ class Tables:
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
         self.surfaces = rules.surfaces
+        self.reradiation = rules.reradiation
+        self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Any | None:

@@ -52,7 +52,7 @@ class Shapes:
             placed = geometry.transformed(part, matrix)
             if geometry.area_of(placed) > 0:
                 children, glow = self._children(instance, index, placed)
-                shape = self._dressed(instance, index, placed, children)
+                shape = self._mesh_shape(instance, index, placed, children)
                 self.context.tables.place(shape, instance)
                 if glow is not None:
                     add_glow(self.context, placed, shape, glow)
@@ -80,25 +80,27 @@ class Shapes:
             return False
         if np.linalg.cond(instance.world_from_object[:3, :3]) > 1e6:
             return False
-        worn = [self._material(instance, index) for index in self.parts[instance.mesh]]
-        return all(m.medium is None and surface.is_dark(m.surface) for m in worn)
+        materials = [self._material(instance, index) for index in self.parts[instance.mesh]]
+        return all(m.medium is None and surface.is_dark(m.surface) for m in materials)
 
     def _group(self, instance: Instance) -> Any:
         key = (instance.mesh, instance.materials)
         if key not in self._groups:
             description: dict[str, Any] = {"type": "shapegroup"}
             for index, part in self.parts[instance.mesh].items():
-                shape = self._dressed(instance, index, part, self._children(instance, index, part)[0])
+                shape = self._mesh_shape(instance, index, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
             named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
             self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
 
-    def _dressed(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
-        """A mesh in its material."""
-        shape = geometry.mesh_shape(self.context, part, children)
-        self.context.bsdf.surfaces.wear(shape, self._material(instance, index).name)
+    def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
+        """Mitsuba mesh of a part, known to the tables by its material."""
+        shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
+        self.context.bsdf.surfaces.assign(shape, name)
+        if name in self.context.dyed:
+            self.context.dyed[name].shapes.append(shape)
         return shape
 
     def _material(self, instance: Instance, index: int) -> Material:

@@ -14,12 +14,14 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.dielectric import coat_inputs, facet_inputs, glass_inputs, specular_inputs
+from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
 from spectral_core.render.mitsuba_scene.glow import emission, is_dark
 from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Source, Tint
 from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (
     Color,
     Diffuse,
+    Fluorescent,
     Glass,
     Glossy,
     Metal,
@@ -74,6 +76,8 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
 def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
     if isinstance(closure, Diffuse):
         yield weight, _diffuse(context, closure, subject)
+    elif isinstance(closure, Fluorescent):
+        yield from fluorescent_lobes(context, closure, weight, subject)
     elif isinstance(closure, Glossy):
         yield weight, _glossy(context, closure, subject)
     elif isinstance(closure, Metal):

@@ -19,6 +19,7 @@ from spectral_core.scene import (
     Instance,
     Light,
     Material,
+    Mesh,
     PointLight,
     Principled,
     Scene,
@@ -26,6 +27,7 @@ from spectral_core.scene import (
     SunLight,
     leaves,
 )
+from spectral_core.scene.geometry import box_of
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -72,16 +74,16 @@ def pixels_per_unit(scene: Scene) -> float:
 
 def corners(scene: Scene, instance: Instance) -> Array:
     """(8, 3) corners of the box around a placed mesh; (0, 3) for one without vertices."""
-    positions = next(mesh.positions for mesh in scene.meshes if mesh.name == instance.mesh)
-    if not len(positions):
-        return np.zeros((0, 3))
-    box = np.array(np.meshgrid(*zip(positions.min(axis=0), positions.max(axis=0), strict=True))).reshape(3, 8).T
-    return np.asarray(box @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
+    return _placed(instance, next(mesh for mesh in scene.meshes if mesh.name == instance.mesh))
+
+
+def _placed(instance: Instance, mesh: Mesh) -> Array:
+    return np.asarray(box_of(mesh) @ instance.world_from_object[:3, :3].T + instance.world_from_object[:3, 3])
 
 
 def seen_points(scene: Scene) -> Array:
     """(n, 3) corners of everything that is placed: what the camera sees lies between them."""
-    parts = [corners(scene, instance) for instance in scene.instances]
+    parts = boxes_of(scene)
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
@@ -108,7 +110,8 @@ def blur_of_lens(scene: Scene, points: Array) -> float:
 
 def boxes_of(scene: Scene) -> list[Array]:
     """Corners of each placed object."""
-    return [corners(scene, instance) for instance in scene.instances]
+    meshes = {mesh.name: mesh for mesh in scene.meshes}
+    return [_placed(instance, meshes[instance.mesh]) for instance in scene.instances]
 
 
 def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:

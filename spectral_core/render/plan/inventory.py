@@ -15,6 +15,7 @@ from spectral_core.scene import (
     Computed,
     Diffuse,
     Emission,
+    Fluorescent,
     Glass,
     Glossy,
     ImageTexture,
@@ -45,6 +46,7 @@ class Inventory:
 
     spectra: tuple[str, ...]
     dispersive: tuple[str, ...]
+    fluorescent: tuple[str, ...]
     media: tuple[str, ...]
     emissive: tuple[str, ...]
     transparent: tuple[str, ...]
@@ -80,8 +82,12 @@ def take_inventory(scene: Scene) -> Inventory:
     emissive = which(lambda m: any(map(_emits, leaves(m.surface))))
     bodies = tuple(light.name for light in scene.lights if isinstance(light, (AreaLight, SunLight)) or light.radius > 0)
     return Inventory(
-        spectra=spectral_lights + world + which(lambda m: any(map(_has_spectrum, _values(m)))) + spectral_volumes,
+        spectra=spectral_lights
+        + world
+        + which(lambda m: any(map(_has_spectrum, _values(m))) or bool(dyed(m)))
+        + spectral_volumes,
         dispersive=which(_is_dispersive),
+        fluorescent=which(lambda m: bool(dyed(m))),
         media=which(lambda m: m.medium is not None),
         emissive=emissive,
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
@@ -109,6 +115,15 @@ def media_borders(scene: Scene) -> frozenset[str]:
         for name in bare.intersection(item.materials)
     }
     return frozenset(bare - mixed)
+
+
+def dyed(material: Material) -> list[Fluorescent]:
+    """Closures of a material whose dyes send light out."""
+    return [
+        leaf
+        for leaf in leaves(material.surface)
+        if isinstance(leaf, Fluorescent) and any(amount > 0 for amount in leaf.amounts)
+    ]
 
 
 def shown_materials(scene: Scene) -> set[str]:
@@ -182,6 +197,7 @@ def _is_transparent(material: Material) -> bool:
 def _largest_reflectance(material: Material) -> float:
     colors = [c.color for c in leaves(material.surface) if isinstance(c, (Diffuse, Translucent))]
     sizes = [_share(part) for color in colors for part in paint_parts(color)]
+    sizes += [1.0 for c in leaves(material.surface) if isinstance(c, Fluorescent)]
     return max(sizes, default=0.0)
 
 

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
-from spectral_core.render.plan.spectral_bound import rgb_transport_error
+from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.scene import Material, PointLight, Scene, SpotLight
 
 SPECTRAL_SHARE = 0.3
 """Share of the time that spectra take beyond three channels, at equal noise (``plan-effects`` prints it)."""
 DISPERSION_SHARE = 0.5
+FLUORESCENCE_SHARE = 0.1
 MEDIA_SHARE = 0.5
 TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
@@ -82,6 +84,16 @@ def _dispersion(found: Found) -> Effect:
     error = min(100.0, 110.0 * spread)
     loses = "no rainbows; everything refracts as at 589 nm"
     return Effect("dispersion", (Level("on"), Level("off", error, DISPERSION_SHARE)), reason, loses, "bounded", ON_OFF)
+
+
+def _fluorescence(found: Found) -> Effect:
+    inventory = found.inventory
+    if not inventory.fluorescent:
+        return absent("fluorescence", "no material holds a fluorescent dye", FLUORESCENCE_SHARE)
+    error = error_without_dyes(found.scene, found.materials, distinct_lights(found.scene))
+    reason = f"dyes of {names(inventory.fluorescent)} send light out at other wavelengths than it came at"
+    levels = (Level("on"), Level("off", error, FLUORESCENCE_SHARE))
+    return Effect("fluorescence", levels, reason, "fluorescent materials do not glow", "bounded", ON_OFF)
 
 
 def _media(found: Found) -> Effect:
@@ -216,8 +228,8 @@ def _bounces(found: Found) -> Effect:
 
 
 _RULES: tuple[Callable[[Found], Effect], ...] = (
-    _transport, _dispersion, _media, _volumes, _transparency, _environment, _emissive_meshes, _lamp_bodies, _textures,
-    _depth_of_field,
+    _transport, _dispersion, _fluorescence, _media, _volumes, _transparency, _environment, _emissive_meshes,
+    _lamp_bodies, _textures, _depth_of_field,
 )  # fmt: skip
 
 

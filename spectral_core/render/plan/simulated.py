@@ -9,7 +9,9 @@ from typing import Any
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import media_borders
 from spectral_core.scene import (
+    Diffuse,
     Emission,
+    Fluorescent,
     Glass,
     Light,
     LightPaths,
@@ -96,6 +98,8 @@ def _surface(surface: Surface, plan: EffectPlan) -> Surface:
 def _closure(surface: Closure, plan: EffectPlan) -> Closure:
     if isinstance(surface, (Glass, Principled)) and isinstance(surface.ior, Spectrum) and not plan.is_on("dispersion"):
         surface = replace(surface, ior=float(surface.ior.at(SODIUM_D_NM)) or 1.5)
+    if isinstance(surface, Fluorescent) and not plan.is_on("fluorescence"):
+        return Diffuse(surface.color, normal=surface.normal)
     if not plan.is_on("emissive_meshes"):
         if isinstance(surface, Emission):
             return replace(surface, strength=0.0)

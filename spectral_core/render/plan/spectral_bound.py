@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance, white_light
+from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import paint_parts, shown_materials
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM
 from spectral_core.scene import (
@@ -58,13 +59,14 @@ def rgb_transport_error(scene: Scene) -> float:
     if any(volume.transfer.wavelengths_nm is not None for volume in scene.volumes):
         return float("inf")
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
-    lights = _distinct_lights(scene)
+    lights = distinct_lights(scene)
     surfaces = list(_surfaces([part for material in materials for part in _reflecting(material)]))
     if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
         # no more than what the comparison holds: the most saturated surfaces, which differ most
         surfaces.sort(key=lambda item: (not item[2], -float(np.ptp(item[0]) / max(float(item[0].max()), 1e-6))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
-    return LATER_BOUNCES * max((_error_under(light, white, surfaces) for light in lights), default=0.0)
+    dyes = error_in_rgb(scene, materials, lights)
+    return max(dyes, LATER_BOUNCES * max((_error_under(light, white, surfaces) for light in lights), default=0.0))
 
 
 def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]]) -> float:
@@ -93,7 +95,8 @@ def _error_under(light: Color | Spectrum, white: Spectrum | None, surfaces: list
     return worst
 
 
-def _distinct_lights(scene: Scene) -> list[Color | Spectrum]:
+def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
+    """Colors and spectra of all lights, each once, whatever its brightness."""
     paints: list[Any] = [
         Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
     ]

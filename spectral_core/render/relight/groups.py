@@ -60,7 +60,7 @@ def light_groups(scene: Scene) -> tuple[str, ...]:
 def one_group_per_light(scene: Scene) -> Scene:
     """The scene with every light, glowing object and the surroundings in a group of its own name.
 
-    Things of one name stay apart: the second gets a number, as Blender gives it (``Lamp.001``).
+    Objects of one name stay apart: the second gets a number, as Blender gives it (``Lamp.001``).
     """
     taken: set[str] = set()
 
@@ -73,8 +73,8 @@ def one_group_per_light(scene: Scene) -> Scene:
     lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
     glowing = _glowing_materials(scene)
     instances = tuple(
-        replace(thing, group=own(thing.name) if glowing.intersection(thing.materials) else thing.name)
-        for thing in scene.instances
+        replace(instance, group=own(instance.name) if glowing.intersection(instance.materials) else instance.name)
+        for instance in scene.instances
     )
     return replace(
         scene,

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.camera_rays import camera_frame, rays
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
@@ -184,7 +185,7 @@ class Accumulator:
         finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
-        return radiance - dr.select(seen, behind, 0.0), 1.0 - dr.mean(passed), finite
+        return radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed), finite
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""

@@ -93,18 +93,19 @@ def scene_path_class(variant: str) -> Any:
             bsdf = self.tables.surface(si)
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
-            direct = self.direct(scene, sampler, (si, bsdf, shape), path, hit & ~path.last)
+            matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
+            direct = self.direct(scene, sampler, (si, bsdf, shape, (matt, along)), path, hit & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
-            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~leaves)
-            dives = hit & ~leaves & ~path.last & ((bs.sampled_type & DIVES) != 0)
+            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
+            dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
             outward = si.to_world(bs.wo)
             drawn_well = self.leaves_as_drawn(si, bs, outward)
-            if self.tables.subsurface:
-                left, through = leaving(mi, dr, si, direction)
-                bs, weight = dr.select(leaves, left, bs), dr.select(leaves, mi.Spectrum(1.0), weight)
-                outward, drawn_well = dr.select(leaves, through, outward), drawn_well | leaves
+            if self.tables.has_even_lobes:
+                left, through = leaving(mi, dr, si, along, direction)
+                bs, weight = dr.select(matt, left, bs), dr.select(matt, mi.Spectrum(1.0), weight)
+                outward, drawn_well = dr.select(matt, through, outward), drawn_well | matt
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             scatters = hit & ~straight & ~path.last & ~dives & drawn_well
             onward = unseen | (hit & straight) | scatters
@@ -195,12 +196,26 @@ def scene_path_class(variant: str) -> Any:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
 
-        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
-            """Light of one emitter drawn for a hit (interaction, BSDF, number), through what it shines through."""
+        def even_lobe(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+            """Where light leaves evenly whatever the BSDF is, and a direction on the side that it leaves on.
+
+            So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at
+            the wavelengths that excite the dye.
+            """
+            toward = mi.Vector3f(si.dn_du)
+            if self.tables.reradiation is None:
+                return path.leaves, -toward
+            others, factor, shifted = self.tables.reradiation.shift(si, sampler, active & ~path.leaves)
+            si.wavelengths = others
+            path.throughput *= factor
+            return path.leaves | shifted, dr.select(shifted, toward, -toward)
+
+        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
+            """Light of one emitter drawn for a hit (interaction, BSDF, number, even lobe), through what is clear."""
             self.asked = mi.UInt32(0)
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
-            si, bsdf, shape = hit
+            si, bsdf, shape, (matt, along) = hit
             wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
             to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves)
             drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
@@ -210,11 +225,11 @@ def scene_path_class(variant: str) -> Any:
             wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            wanted &= kept | path.leaves
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~path.leaves)
-            if self.tables.subsurface:
-                out = cosine_out(mi, dr, si, drawn.direction) / dr.pi
-                value, pdf = dr.select(path.leaves, mi.Spectrum(out), value), dr.select(path.leaves, out, pdf)
+            wanted &= kept | matt
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt)
+            if self.tables.has_even_lobes:
+                out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
+                value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
             share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:

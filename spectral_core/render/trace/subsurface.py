@@ -94,27 +94,26 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     return ray, factor, left, sampler
 
 
-def leaving(mi: Any, dr: Any, si: Any, sample: Any) -> tuple[Any, Any]:
-    """How light leaves a surface that it meets from inside: evenly bright, outward; a BSDF's sample and a direction."""
+def leaving(mi: Any, dr: Any, si: Any, along: Any, sample: Any) -> tuple[Any, Any]:
+    """How light leaves a surface evenly bright, on the side of ``along``: a BSDF's sample and a direction."""
     bs = dr.zeros(mi.BSDFSample3f)
     local = mi.warp.square_to_cosine_hemisphere(sample)
-    outward = mi.Frame3f(_out(mi, dr, si)).to_world(local)
+    outward = mi.Frame3f(_out(mi, dr, si, along)).to_world(local)
     bs.wo, bs.eta = si.to_local(outward), mi.Float(1.0)
-    bs.pdf = dr.select(cosine_out(mi, dr, si, outward) > 0.0, local.z / dr.pi, 0.0)
+    bs.pdf = dr.select(cosine_out(mi, dr, si, along, outward) > 0.0, local.z / dr.pi, 0.0)
     bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.DiffuseReflection))
     return bs, outward
 
 
-def cosine_out(mi: Any, dr: Any, si: Any, direction: Any) -> Any:
-    """Cosine of a direction to the outside of a surface that is met from inside; 0 for one that leads back in."""
-    along = -mi.Vector3f(si.dn_du)
+def cosine_out(mi: Any, dr: Any, si: Any, along: Any, direction: Any) -> Any:
+    """Cosine of a direction to the side of a surface that ``along`` points to; 0 for one to the other side."""
     same_side = dr.dot(si.n, along) * dr.dot(si.n, direction) > 0.0
-    return dr.select(same_side, dr.maximum(dr.dot(_out(mi, dr, si), direction), 0.0), 0.0)
+    return dr.select(same_side, dr.maximum(dr.dot(_out(mi, dr, si, along), direction), 0.0), 0.0)
 
 
-def _out(mi: Any, dr: Any, si: Any) -> Any:
-    """The shading normal on the side that a ray from inside goes to."""
-    geometric = mi.Vector3f(dr.mulsign(si.n, -dr.dot(si.n, mi.Vector3f(si.dn_du))))
+def _out(mi: Any, dr: Any, si: Any, along: Any) -> Any:
+    """The shading normal on the side that ``along`` points to."""
+    geometric = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, along)))
     return mi.Vector3f(dr.mulsign(si.sh_frame.n, dr.dot(si.sh_frame.n, geometric)))
 
 

@@ -107,21 +107,21 @@ def plan_wavelengths(
     With ``bands`` half of them follow these, so that no channel is left without samples; not without
     ``follow_bands``, where the same wavelengths must be drawn whatever is measured.
     """
-    edges = _cell_edges(lights)
+    edges = cell_edges(lights)
     widths = np.diff(edges)
     cmfs = _responses_at_1_nm()
     sensitivity = cmfs.sum(axis=0)
     # Equal shares of each light, not of their powers: a dim lamp alone in a corner is sampled as well as a bright one.
-    share = _share_by_cell(edges, sensitivity)
+    share = share_by_cell(edges, WAVELENGTHS_NM, sensitivity)
     power = np.zeros_like(share)
     for light in lights:
-        power += _share_by_cell(edges, sensitivity, light)
+        power += share_by_cell(edges, WAVELENGTHS_NM, sensitivity, light)
     if power.sum() > 0:
         share = _OBSERVER_SHARE * share + (1 - _OBSERVER_SHARE) * power / power.sum()
     # The picture's three responses come first, so that every reader knows where they are.
     responses = cmfs if bands is None else np.concatenate([cmfs, bands.responses])
     if bands is not None and follow_bands:
-        wanted = _share_by_cell(edges, bands.responses.sum(axis=0))
+        wanted = share_by_cell(edges, WAVELENGTHS_NM, bands.responses.sum(axis=0))
         share = 0.5 * share + 0.5 * wanted if wanted.any() else share
     pieces = _pieces(edges, cmfs, bands)
     # A response over a cell of zero density would be lost: keep every cell that is measured open.
@@ -161,13 +161,13 @@ def _hat_areas(knots: Array) -> Array:
     return (np.concatenate([[0.0], steps]) + np.concatenate([steps, [0.0]])) / 2
 
 
-def _cell_edges(lights: Sequence[Spectrum]) -> Array:
-    """Whole nm and the lights' knots between them, in single precision."""
+def cell_edges(lights: Sequence[Spectrum], whole_nm: Array = WAVELENGTHS_NM) -> Array:
+    """Whole nm and the lights' knots between them, in single precision: (m + 1,) ends of m cells."""
     found, weights = [np.zeros(0)], [np.zeros(0)]
     for light in lights:
         knots, values = single_precision_spectrum(light)
         # Whole nm are edges anyway.
-        between = (knots != np.round(knots)) & (knots > FIRST_NM) & (knots < LAST_NM)
+        between = (knots != np.round(knots)) & (knots > whole_nm[0]) & (knots < whole_nm[-1])
         if between.sum() > MOST_LIGHT_KNOTS:
             # how much a cell without this knot would have its power in the wrong place, relative to the light's
             # A knot matters by how much the spectrum bends there: feet and tip of a line, not the slope between.
@@ -181,14 +181,14 @@ def _cell_edges(lights: Sequence[Spectrum]) -> Array:
     extra, weight = np.concatenate(found), np.concatenate(weights)
     if extra.size > MOST_LIGHT_KNOTS:
         extra = extra[np.argsort(-weight, kind="stable")[:MOST_LIGHT_KNOTS]]
-    return np.union1d(WAVELENGTHS_NM, extra)
+    return np.union1d(whole_nm, extra)
 
 
-def _share_by_cell(edges: Array, response: Array, light: Spectrum | None = None) -> Array:
-    """Share of ∫ light · response dλ that each cell has, (m,); zeros where there is none."""
+def share_by_cell(edges: Array, nm: Array, response: Array, light: Spectrum | None = None) -> Array:
+    """Share of ∫ light · response dλ that each cell has, (m,); zeros where there is none. ``response``: at ``nm``."""
     knots = [] if light is None else [light.grid.wavelengths_nm]
     points, weights = integration_points(edges, *knots)
-    amount = weights * np.interp(points, WAVELENGTHS_NM, response)
+    amount = weights * np.interp(points, nm, response)
     amount = amount if light is None else amount * light.at(points)
     # Every point lies inside one cell, as edges are among the knots of the rule.
     cell = np.clip(np.searchsorted(edges, points, side="right") - 1, 0, edges.size - 2)

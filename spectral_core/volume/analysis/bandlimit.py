@@ -82,7 +82,7 @@ def _data(f: SampledFunction | ScalarVolume | ArrayLike) -> SampledFunction:
         return f
     if not isinstance(f, ScalarVolume):
         return SampledFunction.regular(f)
-    axes = f.to_world[:3, :3] / f.voxel_size
+    axes = f.world_from_index[:3, :3] / f.voxel_size
     if not np.allclose(axes.T @ axes, np.eye(3), atol=1e-6):
         raise InvalidInputError(f"volume {f.name!r} has sheared voxels; give its samples as a SampledFunction instead")
     return SampledFunction.regular(f.data, f.voxel_size.tolist())

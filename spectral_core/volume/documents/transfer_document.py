@@ -71,7 +71,7 @@ def stated_in_fractions(
 
 def voxel_length(volume: ScalarVolume) -> float:
     """Edge of the cube that has a voxel's volume, world units."""
-    return float(abs(np.linalg.det(volume.to_world[:3, :3])) ** (1 / 3))
+    return float(abs(np.linalg.det(volume.world_from_index[:3, :3])) ** (1 / 3))
 
 
 def _fitted(material: Material, start: float, scale: float, per_world: float) -> Material:

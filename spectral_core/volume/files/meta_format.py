@@ -87,7 +87,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     array = pick_component(array, 0, request.component if channels > 1 else None, path, "channels")
     if dimensions == 4:
         array = pick_component(array, 3, request.component, path, "entries along a fourth axis")
-    return make_volume(path.stem, array, _to_world(header, dimensions), path)
+    return make_volume(path.stem, array, _world_from_index(header, dimensions), path)
 
 
 def _read_header(stream: BinaryIO, path: Path) -> _Header:
@@ -153,7 +153,7 @@ def _data_files(named: str, stream: BinaryIO, path: Path, slices: int) -> list[P
     return [path.parent / named]
 
 
-def _to_world(header: _Header, dimensions: int) -> NDArray[np.float64]:
+def _world_from_index(header: _Header, dimensions: int) -> NDArray[np.float64]:
     spacing = header.numbers("ElementSpacing", "ElementSize", count=dimensions, default=[1.0] * dimensions)
     origin = header.numbers("Offset", "Position", "Origin", count=dimensions, default=[0.0] * dimensions)
     identity = np.eye(dimensions).ravel().tolist()

@@ -67,7 +67,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
             header = nrrd.read_header(_header_lines(stream, path))
             array = _numbers(header, stream, path)
         space = _space_axes(header, path)
-        matrix = _to_world(header, space, path)
+        matrix = _world_from_index(header, space, path)
     except (nrrd.NRRDError, ValueError, KeyError, IndexError, StopIteration, OverflowError) as error:
         if isinstance(error, InvalidInputError):
             raise
@@ -83,8 +83,8 @@ def write(volume: ScalarVolume, path: Path) -> None:
     header = {
         "content": volume.name.replace("\n", " "),
         "space dimension": 3,
-        "space directions": volume.to_world[:3, :3].T,
-        "space origin": volume.to_world[:3, 3],
+        "space directions": volume.world_from_index[:3, :3].T,
+        "space origin": volume.world_from_index[:3, 3],
         "kinds": ["domain"] * 3,
         "centerings": ["cell"] * 3,
         "encoding": "gzip",
@@ -214,7 +214,7 @@ def _directions(header: Mapping[str, Any]) -> NDArray[np.float64]:
     return np.array(rows)
 
 
-def _to_world(header: Mapping[str, Any], space: list[int], path: Path) -> NDArray[np.float64]:
+def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -> NDArray[np.float64]:
     if "space directions" in header:
         directions = _directions(header)[space].T
         if directions.shape != (3, 3):

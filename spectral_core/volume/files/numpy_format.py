@@ -50,7 +50,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
         raise FileFormatError(
             f"array {name!r} of {path.name} has shape {array.shape}; expected three axes (nx, ny, nz)"
         )
-    return make_volume(name if request.field else path.stem, array, _to_world(arrays, path), path)
+    return make_volume(name if request.field else path.stem, array, _world_from_index(arrays, path), path)
 
 
 def _require_bounded(path: Path) -> None:
@@ -76,7 +76,7 @@ def _choose(arrays: dict[str, NDArray[Any]], field: str | None, path: Path) -> s
     return candidates[0]
 
 
-def _to_world(arrays: dict[str, NDArray[Any]], path: Path) -> NDArray[np.float64]:
+def _world_from_index(arrays: dict[str, NDArray[Any]], path: Path) -> NDArray[np.float64]:
     if "to_world" in arrays:
         return _geometry(arrays, "to_world", np.eye(4), path)
     spacing = _geometry(arrays, "spacing", np.ones(3), path)

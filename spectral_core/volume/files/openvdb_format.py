@@ -56,11 +56,11 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """
     names = grid_names(path)
     name = str(choose_array({name: name for name in names}, request.field, path, DENSITY_GRID))
-    array, metadata, to_world = _read_with_openvdb(path, name) if find_openvdb() else _read_plainly(path, name)
+    array, metadata, world_from_index = _read_with_openvdb(path, name) if find_openvdb() else _read_plainly(path, name)
     if array.ndim == 4:
         array = pick_component(array, 3, request.component, path)
     array = _restored(array, str(metadata.get(_TYPE_KEY)))
-    return make_volume(metadata.get(_NAME_KEY) or path.stem, array, to_world, path)
+    return make_volume(metadata.get(_NAME_KEY) or path.stem, array, world_from_index, path)
 
 
 def write(volume: ScalarVolume, path: Path) -> None:
@@ -74,13 +74,15 @@ def write(volume: ScalarVolume, path: Path) -> None:
     data = np.require(volume.data, _exact_float(volume), ["C", "W"])
     openvdb: Any = find_openvdb()
     if openvdb is None:
-        write_grid(path, data, volume.to_world, DENSITY_GRID, texts)
+        write_grid(path, data, volume.world_from_index, DENSITY_GRID, texts)
         return
     grid = (openvdb.FloatGrid if data.dtype == np.float32 else openvdb.DoubleGrid)(0.0)
     grid.copyFromArray(data)
     grid.name = DENSITY_GRID
     grid.gridClass = openvdb.GridClass.FOG_VOLUME
-    grid.transform = openvdb.createLinearTransform(volume.to_world.T.tolist())  # row vectors, as everywhere in OpenVDB
+    grid.transform = openvdb.createLinearTransform(
+        volume.world_from_index.T.tolist()
+    )  # row vectors, as everywhere in OpenVDB
     for key, text in texts.items():
         grid[key] = text
     openvdb.write(str(path), grids=[grid])
@@ -147,7 +149,7 @@ def _read_plainly(path: Path, name: str) -> tuple[NDArray[Any], dict[str, Any], 
     _require_holdable(name, whole, grid.leaves.dtype, path)
     array = np.empty(whole, grid.leaves.dtype)
     grid.fill(array, low)
-    matrix = grid.index_to_world.copy()
+    matrix = grid.world_from_index.copy()
     matrix[:3, 3] += matrix[:3, :3] @ low
     return array, grid.metadata, matrix
 

@@ -232,14 +232,14 @@ def pick_component(
     return chosen if length == 1 else chosen.copy(order="K")
 
 
-def make_volume(name: str, array: NDArray[Any], to_world: NDArray[np.float64], source: Path) -> ScalarVolume:
+def make_volume(name: str, array: NDArray[Any], world_from_index: NDArray[np.float64], source: Path) -> ScalarVolume:
     """The volume, with errors that name the file; booleans become uint8 0 and 1."""
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
     if array.flags.writeable:  # just read and held by nobody else: frozen in place instead of copied
         array.setflags(write=False)
     try:
-        return ScalarVolume(name, array, to_world)
+        return ScalarVolume(name, array, world_from_index)
     except InvalidInputError as error:
         raise FileFormatError(f"{source}: {error}") from error
 

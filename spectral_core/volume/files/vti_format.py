@@ -98,7 +98,7 @@ def _read_image(file: _File, image: Any, request: ReadRequest) -> ScalarVolume:
     of_cells = arrays[name] == "CellData"
     array = _assemble(file, pieces, name, whole, of_cells)
     array = pick_component(array, 0, request.component, file.path)
-    return make_volume(file.path.stem, array, _to_world(image, whole, of_cells), file.path)
+    return make_volume(file.path.stem, array, _world_from_index(image, whole, of_cells), file.path)
 
 
 def _assemble(file: _File, pieces: list[Any], name: str, whole: NDArray, of_cells: bool) -> NDArray[Any]:
@@ -146,7 +146,7 @@ def _counts(extent: NDArray[np.int64], of_cells: bool) -> list[int]:
     return [max(n - 1, 1) for n in points] if of_cells else points
 
 
-def _to_world(image: Any, whole: NDArray, of_cells: bool) -> NDArray[np.float64]:
+def _world_from_index(image: Any, whole: NDArray, of_cells: bool) -> NDArray[np.float64]:
     def numbers(key: str, default: str, count: int) -> NDArray[np.float64]:
         values = np.array([float(word) for word in image.get(key, default).split()])
         if values.size != count:

@@ -20,10 +20,10 @@ def gradient_magnitude(volume: ScalarVolume) -> ScalarVolume:
         if volume.shape[axis] > 1:
             per_index[axis] = np.gradient(data, axis=axis)
     # A gradient is a covector: ∂f/∂world_a = Σ_b ∂f/∂index_b · ∂index_b/∂world_a.
-    world_from_index = volume.to_index[:3, :3].T
+    world_from_index_gradient = volume.index_from_world[:3, :3].T
     square = np.zeros(volume.shape, np.float64)
-    for row in world_from_index:
+    for row in world_from_index_gradient:
         square += np.tensordot(row, per_index, axes=1) ** 2
     magnitude = np.sqrt(square).astype(np.float32)
     magnitude.setflags(write=False)
-    return ScalarVolume(f"gradient of {volume.name}", magnitude, volume.to_world)
+    return ScalarVolume(f"gradient of {volume.name}", magnitude, volume.world_from_index)

@@ -80,7 +80,7 @@ class SceneFields:
         else:
             stepping = made.stepping
         data = self.renderers[number].prepare(item.transfer).march_input(stepping)
-        matrix = item.volume.to_index
+        matrix = item.volume.index_from_world
         rows = [opaque_vector(self.types, row) for row in matrix[:3, :3]]
         return Placed(data, (rows[0], rows[1], rows[2]), opaque_vector(self.types, matrix[:3, 3]))
 

@@ -36,12 +36,12 @@ from spectral_core.spectra.observer import observer
 
 @pytest.fixture(scope="module")
 def design() -> LightDesign:
-    return design_lights(seconds=6.0)
+    return design_lights()
 
 
 @pytest.fixture(scope="module")
 def basis(design: LightDesign) -> TextureBasis:
-    return design_basis(stimulus_matrix(design.lights), 6, seconds=5.0)
+    return design_basis(stimulus_matrix(design.lights), 6)
 
 
 def dense_colors(reflectances, light):
@@ -140,7 +140,7 @@ def test_uniform_contrast_shows_every_texel_exactly(count: int) -> None:
         Picture(name, np.random.default_rng(k).integers(0, 256, (24, 17, 3), dtype=np.uint8))
         for k, name in enumerate("ab")
     ]
-    basis = design_basis(stimulus_matrix(lights), count, floor=0.1, seconds=1.5)
+    basis = design_basis(stimulus_matrix(lights), count, floor=0.1, iterations=10)
     found = design_texture(pictures, lights, floor=0.1, mapping="uniform_contrast", basis=basis)
     assert found.compressed == 0
     for picture, light in zip(pictures, lights, strict=True):
@@ -173,7 +173,7 @@ def test_importance_favors_a_picture() -> None:
         Picture(name, np.random.default_rng(k).integers(0, 256, (16, 16, 3), dtype=np.uint8))
         for k, name in enumerate("ab")
     ]
-    basis = design_basis(stimulus_matrix(lights), 8, floor=0.05, seconds=1.0)
+    basis = design_basis(stimulus_matrix(lights), 8, floor=0.05, iterations=8)
     even = design_texture(pictures, lights, floor=0.05, basis=basis)
     first = design_texture(pictures, lights, floor=0.05, basis=basis, importance=(25.0, 1.0))
     assert first.losses[0].mean < 0.7 * even.losses[0].mean
@@ -233,8 +233,8 @@ def test_what_cannot_be_asked_for_is_refused(design: LightDesign, basis: Texture
 
 def test_daylight_mixed_in_costs_contrast() -> None:
     plain, mixed = (
-        design_lights(led_range(20), seconds=2.0),
-        design_lights(led_range(20), daylight_share=0.3, seconds=2.0),
+        design_lights(led_range(20), iterations=8),
+        design_lights(led_range(20), daylight_share=0.3, iterations=8),
     )
     assert mixed.slope < plain.slope
     assert max(mixed.white_delta_e) < 0.1

@@ -44,14 +44,14 @@ def test_a_project_survives_its_document(tmp_path, pictures) -> None:
     assert again.pictures == project.pictures
     assert again.settings == project.settings or vars_of(again.settings) == vars_of(project.settings)
     np.testing.assert_array_equal(again.lights[1].values, project.lights[1].values)
-    np.testing.assert_array_equal(again.wishes[0].wanted, project.wishes[0].wanted)
+    np.testing.assert_array_equal(again.wanted_colors[0].wanted, project.wanted_colors[0].wanted)
 
 
 def vars_of(settings: TextureSettings) -> dict:
     return {name: getattr(settings, name) for name in TextureSettings.__dataclass_fields__}
 
 
-def test_design_and_texture_make_the_same_of_a_document_with_a_wish(tmp_path, pictures, capsys) -> None:
+def test_design_and_texture_make_the_same_of_a_document_with_a_wanted_color(tmp_path, pictures, capsys) -> None:
     text = (
         'format = "spectral-scene texture"\nversion = 1\npictures = ["picture1.png"]\nlights = ["D65", "A"]\n'
         '[[wishes]]\ncolor = "#905050"\nwanted = "#a06040"\n'
@@ -59,14 +59,14 @@ def test_design_and_texture_make_the_same_of_a_document_with_a_wish(tmp_path, pi
     (tmp_path / "one.toml").write_text(text)
     for command, out in (("design", "d"), ("texture", "t")):
         assert cli.main([command, str(tmp_path / "one.toml"), "--out", str(tmp_path / out)]) == 0
-    assert "wish 1" in capsys.readouterr().out
+    assert "wanted color 1" in capsys.readouterr().out
     textures = [read_texture(tmp_path / out / "texture.exr") for out in "dt"]
     np.testing.assert_array_equal(textures[0].weights, textures[1].weights)
     shown = textures[0].picture(illuminant("D65"))
     wanted = linear_from_display_rgb(read_picture(pictures[0]) / 255)
     assert delta_e_2000(lab_from_linear_rgb(shown), lab_from_linear_rgb(wanted)).max() < 0.3
     report = json.loads((tmp_path / "d" / "report.json").read_text())
-    assert report["wishes"][0]["delta_e"] < 5
+    assert report["wanted_colors"][0]["delta_e"] < 5
     assert {each["observer"] for each in report["whites"]} >= {"cie_1964_10deg", "cie_2015_10deg"}
 
 
@@ -83,8 +83,8 @@ def test_the_command_says_how_far_it_is(tmp_path, pictures, capsys) -> None:
 def test_odd_projects_are_refused(tmp_path, pictures) -> None:
     with pytest.raises(InvalidInputError, match="one picture needs two lights"):
         TextureProject((pictures[0],))
-    with pytest.raises(InvalidInputError, match="wishes are for one picture"):
-        TextureProject(tuple(pictures), wishes=(Pin([0, 0, 0], [0, 0, 0]),))
+    with pytest.raises(InvalidInputError, match="wanted colors are for one picture"):
+        TextureProject(tuple(pictures), wanted_colors=(Pin([0, 0, 0], [0, 0, 0]),))
     (tmp_path / "bad.toml").write_text('format = "spectral-scene texture"\nversion = 1\npictures = []\n')
     with pytest.raises(FileFormatError, match="pictures has 0 entries"):
         read_project(tmp_path / "bad.toml")

@@ -9,6 +9,7 @@ from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
 from spectral_core.render.plugins.closures.microfacet import Microfacets, f82, kept_energy
 from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
+from spectral_core.render.plugins.numbers import channel_mean
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -174,12 +175,12 @@ def register(mi: Any, dr: Any) -> None:
                 tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
                 below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
             specular = mi.Spectrum(self.tinted(si, self.specular_albedo(roughness, wi.z), active))
-            brightness, passes = dr.maximum(dr.mean(color), 0.02), dr.mean(below_coat)
+            brightness, passes = dr.maximum(channel_mean(dr, color), 0.02), channel_mean(dr, below_coat)
             chances = [
                 coat,
                 passes * metallic * brightness,
-                passes * (1.0 - metallic) * dr.mean(specular),
-                passes * (1.0 - metallic) * (1.0 - dr.mean(specular)) * brightness,
+                passes * (1.0 - metallic) * channel_mean(dr, specular),
+                passes * (1.0 - metallic) * (1.0 - channel_mean(dr, specular)) * brightness,
             ]
             total = sum(chances[1:], chances[0])
             chances = [chance / total for chance in chances]
@@ -197,7 +198,8 @@ def register(mi: Any, dr: Any) -> None:
             # of what is drawn as diffuse the first part goes below the surface
             dives = active & (sample1 >= start) & (sample1 - start < chances[3] * share) & (wi.z > 0.0)
             dive, color = self.below.sample(ctx, si, sample1, sample2, dives)
-            dive.pdf = dr.mean(below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular)) / dr.maximum(chances[3], 1e-9)
+            above = channel_mean(dr, below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular))
+            dive.pdf = above / dr.maximum(chances[3], 1e-9)
             return dr.select(dives, dive, bs), dr.select(dives, color, value)
 
         def share_below(self, si: Any, active: Any) -> Any:

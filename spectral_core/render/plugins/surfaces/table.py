@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which closures the shapes of a scene wear, with what weights: rows of tables that kernels read.
+"""Which closures the shapes of a scene have, with what weights: rows of tables that kernels read.
 
 A material is a run of leaves, a leaf a closure with a weight. A hit finds its material by the number of its shape in
 Mitsuba's registry; another number, another material or another mix of known closures needs no new kernel.
@@ -41,7 +41,7 @@ FACTOR = 2
 
 
 class SurfaceTables:
-    """All surfaces of a scene. ``add`` and ``wear`` fill it, ``seal`` writes it to the device, ``take`` changes it."""
+    """All surfaces of a scene. ``add`` and ``assign`` fill it, ``seal`` writes it to the device, ``take`` changes it."""
 
     def __init__(self, scene: SceneTables, upsampling: Any) -> None:
         self.mi, self.dr = scene.mi, scene.dr
@@ -53,7 +53,7 @@ class SurfaceTables:
         self._codes: list[int] = []
         self._entries: list[_Entry] = []
         self._materials: dict[str, tuple[int, int]] = {}
-        self._worn: dict[int, str] = {}
+        self._assigned: dict[int, str] = {}
         self._written: dict[str, list[Any]] = {}
         self.leaf_kind = self.leaf_row = self.leaf_constant = self.leaf_factor = self.leaf_factors = None
         self.first_leaf = self.leaf_count = self.material_flags = self.material_of_shape = None
@@ -106,13 +106,13 @@ class SurfaceTables:
         self._numbers[at : at + len(numbers)] = numbers
         self._codes[at : at + len(codes)] = codes
 
-    def wear(self, shape: Any, name: str) -> None:
-        """Let a shape of Mitsuba's wear a material."""
-        self._worn[self.number_of(shape)] = name
+    def assign(self, shape: Any, name: str) -> None:
+        """Give a shape of Mitsuba's a material."""
+        self._assigned[self.number_of(shape)] = name
 
-    def is_worn(self, shape: Any, name: str) -> bool:
-        """Whether a shape wears a material."""
-        return self._worn.get(self.number_of(shape)) == name
+    def is_assigned(self, shape: Any, name: str) -> bool:
+        """Whether a shape has a material."""
+        return self._assigned.get(self.number_of(shape)) == name
 
     def has(self, name: str) -> bool:
         """Whether a material was added."""
@@ -158,8 +158,8 @@ class SurfaceTables:
         self._put(self, "leaf_count", [count for _, count in runs])
         self._put(self, "material_flags", [self._flags_of(first, count) for first, count in runs])
         places = {name: number for number, name in enumerate(self._materials, 1)}
-        last = max(self._worn, default=0)
-        self._put(self, "material_of_shape", [places.get(self._worn.get(k, ""), 0) for k in range(last + 1)])
+        last = max(self._assigned, default=0)
+        self._put(self, "material_of_shape", [places.get(self._assigned.get(k, ""), 0) for k in range(last + 1)])
 
     def _flags_of(self, first: int, count: int) -> int:
         found = 0

@@ -31,7 +31,7 @@ class PlainGrid:
 
     name: str
     metadata: dict[str, Any]
-    index_to_world: NDArray[np.float64]
+    world_from_index: NDArray[np.float64]
     background: Any
     leaves: NDArray[Any]
     origins: NDArray[np.int64]

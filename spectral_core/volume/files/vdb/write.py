@@ -27,7 +27,7 @@ NODE_LEAVES, ROOT_NODES = 16, 32
 
 
 def write_grid(
-    path: Path, data: NDArray[Any], to_world: NDArray[np.float64], name: str, texts: Mapping[str, str]
+    path: Path, data: NDArray[Any], world_from_index: NDArray[np.float64], name: str, texts: Mapping[str, str]
 ) -> None:
     """Write ``data`` (nx, ny, nz), float32 or float64, voxel (0, 0, 0) at index 0; ``texts`` become grid metadata."""
     kind = {4: "float", 8: "double"}[data.dtype.itemsize]
@@ -42,7 +42,7 @@ def write_grid(
         stream.write(struct.pack("<I", ZIP))
         held = {"class": "fog volume", "name": name, **texts}
         stream.write(struct.pack("<I", len(held)) + b"".join(_string_entry(key, held[key]) for key in held))
-        stream.write(_text("AffineMap") + to_world.T.astype("<f8").tobytes())  # row vectors
+        stream.write(_text("AffineMap") + world_from_index.T.astype("<f8").tobytes())  # row vectors
         _write_topology(stream, leaves, keys, data.dtype)
         block = stream.tell()
         _write_buffers(stream, leaves)

@@ -49,7 +49,7 @@ class Condition:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wishes:
+class Requests:
     """What the cells ask, weights capped and scaled so that the median cell weighs 1."""
 
     targets: tuple[Target, ...]
@@ -64,7 +64,7 @@ class Wishes:
     notes: tuple[str, ...]
 
 
-def compiled_wishes(problem: PaletteProblem) -> Wishes:
+def compiled_requests(problem: PaletteProblem) -> Requests:
     """Read the cells. Raises InvalidInputError where a group's color boxes have no color in common."""
     index = [(i, j) for i in range(len(problem.reflectances)) for j in range(len(problem.lights))]
     weights = {at: problem.cells[at[0]][at[1]].weight for at in index if _weighs(problem.cells[at[0]][at[1]])}
@@ -91,7 +91,7 @@ def compiled_wishes(problem: PaletteProblem) -> Wishes:
             notes.append(f"cell {(i, j)} should be distinct, but its reflectance is given, so nothing was done for it")
     targets = [_target(at, problem.cells[at[0]][at[1]], weights) for at in index]
     blacks = tuple(t for t in targets if t is not None and problem.cells[t.cell[0]][t.cell[1]].mode is CellMode.BLACK)
-    return Wishes(
+    return Requests(
         tuple(t for t in targets if t is not None),
         blacks,
         _groups(problem, weights),

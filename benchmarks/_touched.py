@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pytest plugin that writes down which functions of the product each test calls.
+
+``benchmarks.mutation`` runs the tests of a room once with it (``-p benchmarks._touched``, with the path of the file to
+write in ``TOUCHED``), and then tries each mutant with the tests alone that call the changed function. The line of the
+file for each test is an object: its node id, its seconds, and the functions as pairs of a path and a first line.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import CodeType, FrameType
+
+import pytest
+
+ROOT = Path(os.environ["TOUCHED_TREE"])
+_called: set[CodeType] = set()
+
+
+def _record(frame: FrameType, event: str, _: object) -> None:
+    if event == "call":
+        _called.add(frame.f_code)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Record from the test's fixtures to its end; what runs in a process of its own cannot be seen."""
+    _called.clear()
+    start = time.perf_counter()
+    threading.setprofile(_record)
+    sys.setprofile(_record)
+    yield
+    sys.setprofile(None)
+    threading.setprofile(None)  # type: ignore[arg-type]
+    inside = str(ROOT / "spectral_core")
+    touched = sorted(
+        (str(Path(code.co_filename).relative_to(ROOT)), code.co_firstlineno)
+        for code in _called.copy()
+        if code.co_filename.startswith(inside)
+    )
+    record = {"test": item.nodeid, "seconds": time.perf_counter() - start, "functions": touched}
+    with Path(os.environ["TOUCHED"]).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(record) + "\n")

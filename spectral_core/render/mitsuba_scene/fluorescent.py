@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescent closures: what they reflect becomes a leaf, what their dyes send out is kept for the paths' tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.glow import weight_texture
+from spectral_core.render.plugins.surfaces.sources import Lobe
+from spectral_core.render.trace.reradiation import Dyed, Reradiation
+from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import integration_points, xyz_of
+from spectral_core.spectra.spectrum import Spectrum
+
+IN_MEDIA = "its dyes send out no light where light scatters inside media; it shows what it reflects alone"
+IN_RGB = (
+    "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
+    "for what they send out under each light"
+)
+OVER_WHITE = (
+    "in daylight it sends out more than RGB transport can show of a surface; its color is rendered at the limit"
+)
+ABOVE_BUMPS = "its dyes send light out about the smooth normal: bumps and normal maps shape what it reflects alone"
+
+
+def fluorescent_lobes(
+    context: Context, closure: Fluorescent, weight: Weight, subject: str
+) -> Iterator[tuple[Weight, Lobe]]:
+    """What it reflects, as a weighted leaf; its dyes are entered into the context."""
+    if not context.spectral:
+        color = _daylight_color(context, closure, subject)
+        yield weight, Lobe("diffuse", {"color": paint.color(context, color, subject)})
+        return
+    if any(amount > 0 for amount in closure.amounts):
+        texture = None if not weight.factors else weight_texture(context, weight, subject)
+        context.dyed.setdefault(subject, Dyed()).parts.append((closure, texture))
+        if closure.normal is not None:
+            context.note(subject, ABOVE_BUMPS)
+    if not (isinstance(closure.color, Color) and not np.any(closure.color.linear_rgb)):
+        yield weight, Lobe("diffuse", {"color": paint.color(context, closure.color, subject)})
+
+
+def _daylight_color(context: Context, closure: Fluorescent, subject: str) -> Any:
+    """Color of reflected and sent out light under D65, for RGB transport."""
+    if not any(amount > 0 for amount in closure.amounts):
+        return closure.color
+    if not closure.checks_energy:
+        context.note(subject, "its dyes send out no light: RGB transport cannot add it to a texture")
+        return closure.color
+    context.note(subject, IN_RGB)
+    rgb = daylight_rgb(closure)
+    if rgb.min() < 0 or rgb.max() > 1:
+        context.note(subject, OVER_WHITE)
+    return Color(np.clip(rgb, 0.0, 1.0))
+
+
+def daylight_rgb(closure: Fluorescent, light: Spectrum | None = None) -> Any:
+    """Linear sRGB (3,) of what it reflects and sends out under ``light``, D65 if None; a white has the light's own."""
+    light = light or paint.white_light()
+    knots = [light.grid.wavelengths_nm, np.arange(360.0, 831.0)]
+    points, _ = integration_points(*knots)
+    total = closure.reflected(points) * light.at(points) + closure.sent_out(light, points)
+    return RGB_FROM_XYZ @ xyz_of(_sampled("light from the surface", points, total))
+
+
+def _sampled(name: str, points: Any, values: Any) -> Spectrum:
+    from spectral_core.spectra.spectrum import SpectralGrid
+
+    nm, first = np.unique(points, return_index=True)
+    return Spectrum(name, SpectralGrid(nm), values[first])
+
+
+def emission_spectra(scene: Scene) -> list[Spectrum]:
+    """Spectra that dyes of a scene's materials send out: wavelengths worth tracing beside those of its lights."""
+    found = []
+    for material in scene.materials:
+        for leaf in leaves(material.surface):
+            if isinstance(leaf, Fluorescent):
+                used = zip(leaf.dyes, leaf.amounts, strict=True)
+                found += [dye.emission for dye, amount in used if amount > 0]
+    return found
+
+
+def reradiation(context: Context, lights: Sequence[Spectrum], teeth: int) -> Reradiation | None:
+    """The paths' tables of a loaded scene; None where nothing in it is fluorescent."""
+    dyed = [item for item in context.dyed.values() if item.shapes]
+    return Reradiation(context.mitsuba, dyed, lights, teeth) if dyed else None

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a picture lacks without the light of fluorescent dyes: every dyed surface under every light of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene.fluorescent import daylight_rgb
+from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance
+from spectral_core.render.plan.inventory import dyed
+from spectral_core.scene import Color, Fluorescent, Material, Scene
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+Light = Color | Spectrum
+
+LATER_BOUNCES = 3.0
+"""Factor for what other surfaces make of the light, as of that of RGB transport."""
+MOST_ERROR = 100.0
+
+
+def error_without_dyes(scene: Scene, materials: list[Material], lights: list[Light]) -> float:
+    """Largest ΔE2000 between what dyed surfaces show and what they reflect alone, lit to white."""
+
+    def reflected_alone(closure: Fluorescent, light: Spectrum, color: Array) -> Array:
+        return daylight_rgb(Fluorescent(closure.color), light)
+
+    return _worst(scene, materials, lights, reflected_alone)
+
+
+def error_in_rgb(scene: Scene, materials: list[Material], lights: list[Light]) -> float:
+    """Largest ΔE2000 of RGB transport, which shows dyes in the color that they have in daylight, under every light."""
+
+    def in_daylight(closure: Fluorescent, light: Spectrum, color: Array) -> Array:
+        return np.clip(daylight_rgb(closure), 0.0, 1.0) * color
+
+    return _worst(scene, materials, lights, in_daylight)
+
+
+def _worst(
+    scene: Scene,
+    materials: list[Material],
+    lights: list[Light],
+    shown: Callable[[Fluorescent, Spectrum, Array], Array],
+) -> float:
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    worst = 0.0
+    for closure in (closure for material in materials for closure in dyed(material)):
+        for light in lights:
+            spectrum, color = emitted_spectrum(light, white), emitted_rgb(light)
+            size = max(float(color @ (0.2126, 0.7152, 0.0722)), 1e-30)
+            pair = [daylight_rgb(closure, spectrum) / size, shown(closure, spectrum, color) / size]
+            one, other = (lab_from_linear_rgb(np.maximum(rgb, 0.0)) for rgb in pair)
+            worst = max(worst, float(delta_e_2000(one, other)))
+    return min(LATER_BOUNCES * worst, MOST_ERROR)

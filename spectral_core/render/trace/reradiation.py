@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescent surfaces on paths: a path that is followed from the camera goes on at the wavelengths that excite dyes.
+
+At a hit with dyes a path either stays at its wavelengths, and the surface reflects, or goes on at others, λ', and the
+surface is evenly matt with the reradiation D(λ, λ') = Σ amount · emission density(λ) · excitation(λ'). λ' is drawn by
+excitation times the scene's lights, in cells that end at the lights' knots (``wavelengths``), so that a lamp of one
+line excites without noise. Either way the throughput is divided by the probability of what was chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.plugins.numbers import table
+from spectral_core.render.trace.wavelengths import cell_edges, share_by_cell
+from spectral_core.scene import Fluorescent
+from spectral_core.scene.fluorescent import EXCITED_NM
+from spectral_core.spectra.observer import STANDARD, observer
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+
+Array = NDArray[np.float64]
+
+FLAT_SHARE = 0.2
+"""Share of wavelengths that are drawn by excitation alone: light that other surfaces reflect or send out."""
+LEAST_CHANCE, MOST_CHANCE = 0.05, 0.95
+"""Of going on at other wavelengths, where a dye sends anything out at those of the path."""
+_SIZE = EXCITED_NM.size
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dyed:
+    """What is fluorescent of a material: closures, each with the texture of its share of the surface (None for all of
+    it), and the shapes that wear the material.
+    """
+
+    parts: list[tuple[Fluorescent, Any | None]] = field(default_factory=list)
+    shapes: list[Any] = field(default_factory=list)
+
+
+class Reradiation:
+    """Tables of what shapes' dyes take in and send out.
+
+    ``lights``: spectra of what lights the scene. ``teeth``: different wavelengths per path, 4 or 1.
+    """
+
+    def __init__(self, mitsuba: Any, dyed: Sequence[Dyed], lights: Sequence[Spectrum], teeth: int = 4) -> None:
+        import drjit as dr
+
+        mi = self._mi = mitsuba
+        self._teeth = teeth
+        counts = [sum(len(closure.dyes) for closure, _ in item.parts) for item in dyed]
+        self._dyes = max(counts)
+        excitation, emission = np.zeros((2, len(dyed), self._dyes, _SIZE))
+        self._weights: list[tuple[int, int, Any]] = []
+        """Material's row from 1, number of a dye of it, and the share of the surface that it has."""
+        for row, item in enumerate(dyed):
+            k = 0
+            for closure, weight in item.parts:
+                for dye, amount in zip(closure.dyes, closure.amounts, strict=True):
+                    excitation[row, k] = dye.excitation.at(EXCITED_NM)
+                    emission[row, k] = amount * dye.emission_density(EXCITED_NM)
+                    if weight is not None:
+                        self._weights.append((row + 1, k, weight))
+                    k += 1
+        self._excitation, self._emission = table(mi.Float, excitation), table(mi.Float, emission)
+        edges = cell_edges(lights, EXCITED_NM)
+        self._cells = edges.size - 1
+        self._starts, self._widths = table(mi.Float, edges[:-1]), table(mi.Float, np.diff(edges))
+        draws = [_cumulative(edges, lights, taken, sent) for taken, sent in zip(excitation, emission, strict=True)]
+        self._cumulative = table(mi.Float, np.stack(draws))
+        chances = [_chance([closure for closure, _ in item.parts], lights) for item in dyed]
+        self._chances = table(mi.Float, np.stack(chances))
+        numbers = [
+            (int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), row + 1)
+            for row, item in enumerate(dyed)
+            for shape in item.shapes
+        ]
+        rows = np.zeros(max((number for number, _ in numbers), default=0) + 1, np.uint32)
+        for number, row in numbers:
+            rows[number] = row
+        self._rows = table(mi.UInt32, rows)
+
+    def shift(self, si: Any, sampler: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Wavelengths that a path goes on at, the factor on its throughput, and whether they are others than before."""
+        import drjit as dr
+
+        mi = self._mi
+        shape = dr.reinterpret_array(mi.UInt32, si.shape)
+        known = active & (shape < dr.opaque(mi.UInt32, dr.width(self._rows)))
+        row = dr.gather(mi.UInt32, self._rows, shape, known)
+        dyed = known & (row > 0)
+        weights = self._weights_at(si, row, dyed)
+        index = row - 1
+        chance = mi.Float(0.0)
+        for k in range(4):
+            chance += 0.25 * self._at(self._chances, index, si.wavelengths[k], dyed)
+        chance = dr.select(
+            dyed & (chance > 0.0) & (sum(weights) > 0.0), dr.clip(chance, LEAST_CHANCE, MOST_CHANCE), 0.0
+        )
+        pick, place = sampler.next_1d(), sampler.next_1d()
+        shifted = dyed & (pick < chance)
+        found: list[Any] = []
+        factors: list[Any] = []
+        for k in range(4):
+            if k and self._teeth == 1:
+                found.append(found[0])
+                factors.append(factors[0])
+                continue
+            moved = place + 0.25 * k
+            wavelength, density = self._drawn(index, moved - dr.floor(moved), shifted)
+            reradiated = mi.Float(0.0)
+            for dye, weight in enumerate(weights):
+                which = index * self._dyes + dye
+                sent = weight * self._at(self._emission, which, si.wavelengths[k], shifted)
+                reradiated += sent * self._at(self._excitation, which, wavelength, shifted)
+            found.append(wavelength)
+            factors.append(reradiated / dr.maximum(density * chance, 1e-30))
+        stays = dr.rcp(1.0 - chance)
+        factor = dr.select(shifted, mi.Spectrum(*factors), mi.Spectrum(stays))
+        return dr.select(shifted, mi.Spectrum(*found), si.wavelengths), factor, shifted
+
+    def _weights_at(self, si: Any, row: Any, active: Any) -> list[Any]:
+        """Share of the surface that each dye has."""
+        import drjit as dr
+
+        weights = [self._mi.Float(1.0) for _ in range(self._dyes)]
+        for number, dye, texture in self._weights:
+            mine = active & (row == number)
+            weights[dye] = dr.select(mine, dr.maximum(texture.eval_1(si, mine), 0.0), weights[dye])
+        return weights
+
+    def _drawn(self, row: Any, place: Any, active: Any) -> tuple[Any, Any]:
+        """Exciting wavelength of a number in [0, 1), and its density per nm."""
+        import drjit as dr
+
+        mi = self._mi
+        first = row * (self._cells + 1)
+
+        def cumulative(cell: Any) -> Any:
+            return dr.gather(mi.Float, self._cumulative, first + cell, active)
+
+        cell = dr.binary_search(0, self._cells, lambda cell: cumulative(cell + 1) <= place)
+        cell = dr.minimum(cell, self._cells - 1)
+        low, high = cumulative(cell), cumulative(cell + 1)
+        start, width = (dr.gather(mi.Float, of, cell, active) for of in (self._starts, self._widths))
+        share = dr.maximum(high - low, 1e-12)
+        within = dr.clip((place - low) / share, 0.0, 1.0)
+        return dr.fma(width, within, start), share / dr.maximum(width, 1e-12)
+
+    def _at(self, values: Any, row: Any, wavelength: Any, active: Any) -> Any:
+        """A row of a table at a wavelength, linear between whole nm and zero outside."""
+        import drjit as dr
+
+        mi = self._mi
+        place = wavelength - float(EXCITED_NM[0])
+        inside = active & (place >= 0.0) & (place <= _SIZE - 1.0)
+        low = mi.UInt32(dr.clip(place, 0.0, _SIZE - 2.0))
+        first = dr.gather(mi.Float, values, row * _SIZE + low, inside)
+        second = dr.gather(mi.Float, values, row * _SIZE + low + 1, inside)
+        return dr.select(inside, dr.lerp(first, second, place - mi.Float(low)), 0.0)
+
+
+def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emission: Array) -> Array:
+    """(m + 1,) cumulative probability of exciting wavelengths; ``excitation``, ``emission``: (dyes, n) of a surface."""
+    viewer = observer(STANDARD)
+    seen = np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
+    # dyes count by what the eye gets of them; a tenth more, for what other dyes take in
+    wanted = (emission @ seen + 0.1 * emission.sum(axis=1)) @ excitation
+    flat = share_by_cell(edges, EXCITED_NM, wanted)
+    lit = np.zeros_like(flat)
+    for light in lights:
+        lit += share_by_cell(edges, EXCITED_NM, wanted, light)
+    if lit.sum() > 0:
+        flat = FLAT_SHARE * flat + (1 - FLAT_SHARE) * lit / lit.sum()
+    return np.concatenate([[0.0], np.cumsum(flat)]) / max(float(flat.sum()), 1e-300)
+
+
+def _chance(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> Array:
+    """(n,) how much of the light that leaves the surface at each wavelength comes from dyes, under all lights."""
+    grid = SpectralGrid(EXCITED_NM)
+    light = np.full(_SIZE, 0.05 / _SIZE)
+    for spectrum in lights:
+        values = spectrum.resampled(grid, average=True).values
+        light = light + values / max(float(values.sum()), 1e-300) / max(len(lights), 1)
+    mean = Spectrum("light", grid, light)
+    sent = np.sum([closure.sent_out(mean, EXCITED_NM) for closure in closures], axis=0)
+    reflected = [
+        closure.reflected(EXCITED_NM) if closure.checks_energy else np.full(_SIZE, 0.5) for closure in closures
+    ]
+    total = sent + np.mean(reflected, axis=0) * light
+    return np.divide(sent, total, out=np.zeros(_SIZE), where=total > 0)

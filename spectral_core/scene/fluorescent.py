@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A matt surface with fluorescent dyes: it reflects, and sends light out at wavelengths other than it came at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene.paint import Color, Paint, gray
+from spectral_core.scene.shading.program import Computed
+from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
+from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.upsample import upsampled
+
+Array = NDArray[np.float64]
+
+EXCITED_NM: Array = np.arange(300.0, 831.0)
+"""Where light can excite dyes: ultraviolet from 300 nm on, and all that is traced."""
+EXCITED_NM.setflags(write=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fluorescent:
+    """Lambertian reflection of ``color``, and Lambertian light of ``dyes``, each in its amount (0 or more).
+
+    Light of wavelength λ is taken in by ``amount · excitation(λ)`` of its power and sent out by the dye's emission.
+    Raises InvalidInputError where a color or spectrum and the dyes return more photons, or more power, than came: the
+    quantum yield is at most 1. A texture's colors are not checked.
+    """
+
+    color: Paint = field(default_factory=lambda: gray(0.5))
+    dyes: tuple[FluorescentDye, ...] = ()
+    amounts: tuple[float, ...] = ()
+    normal: Computed | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.amounts) != len(self.dyes):
+            raise InvalidInputError(
+                f"a fluorescent surface has {len(self.dyes)} dyes and {len(self.amounts)} amounts; give one per dye"
+            )
+        for dye, amount in zip(self.dyes, self.amounts, strict=True):
+            require_range(f"the amount of dye {dye.name!r}", float(amount), 0.0, 1e6)
+        sent_out = share_per_amount(self.dyes, EXCITED_NM) @ np.asarray(self.amounts, dtype=np.float64)
+        name = self.color.name if isinstance(self.color, Spectrum) else "fluorescent"
+        require_energy(name, EXCITED_NM, self.reflected(EXCITED_NM), sent_out)
+
+    @classmethod
+    def largest_share(cls, color: Paint, dyes: tuple[FluorescentDye, ...], amounts: tuple[float, ...]) -> float:
+        """Factor, at most 1, on amounts of dyes up to which a surface of ``color`` returns no more than comes."""
+        sent_out = share_per_amount(dyes, EXCITED_NM) @ np.asarray(amounts, dtype=np.float64)
+        room = 1.0 - cls(color).reflected(EXCITED_NM)
+        excess = sent_out > room
+        return float(np.min(np.maximum(room[excess], 0.0) / sent_out[excess], initial=1.0))
+
+    @property
+    def checks_energy(self) -> bool:
+        """Whether the color is one that ``require_energy`` was asked about."""
+        return isinstance(self.color, (Color, Spectrum))
+
+    def reflected(self, wavelengths_nm: Array) -> Array:
+        """Reflectance at any wavelengths, as it is rendered; zeros for a texture, which has many."""
+        if isinstance(self.color, Spectrum):
+            return self.color.at(wavelengths_nm)
+        if isinstance(self.color, Color):
+            rgb = np.clip(self.color.linear_rgb, 0.0, 1.0)
+            return np.full(wavelengths_nm.shape, float(rgb[0])) if np.ptp(rgb) == 0 else upsampled(rgb, wavelengths_nm)
+        return np.zeros(wavelengths_nm.shape)
+
+    def sent_out(self, light: Spectrum, wavelengths_nm: Array) -> Array:
+        """What the dyes send out at any wavelengths under a light, per nm, in the unit of reflected light."""
+        total = np.zeros(wavelengths_nm.shape)
+        for dye, amount in zip(self.dyes, self.amounts, strict=True):
+            power = dye.absorbed_power(light, dye.excitation.grid)
+            total = total + amount * power * dye.emission_density(wavelengths_nm)
+        return total

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescent dyes: spectra of what they take in and of what they send out, and how much light may come back.
+
+A surface with dyes is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): what it reflects, and amounts a of dyes with an
+excitation spectrum ex (the share of the power at a wavelength that a unit amount takes in and sends out again) and an
+emission density em (its integral is 1). No photon becomes two (the quantum yield is at most 1), and no power is gained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.observer import Observer, integration_points, xyz_of
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+
+Array = NDArray[np.float64]
+
+ENERGY_SLACK = 1e-6
+"""How far past 1 a solver's rounding may take the light that a surface returns."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FluorescentDye:
+    """A dye. ``excitation``: at most 1; ``emission``: any scale, it is divided by its integral.
+
+    Both on any grids. Emission must be at longer wavelengths than excitation, in the mean (Stokes).
+    """
+
+    name: str
+    excitation: Spectrum
+    emission: Spectrum
+
+    def __post_init__(self) -> None:
+        for word, spectrum in (("excitation", self.excitation), ("emission", self.emission)):
+            if spectrum.values.min() < 0 or spectrum.values.max() <= 0:
+                raise InvalidInputError(
+                    f"{word} of dye {self.name!r} spans {spectrum.values.min():g} to {spectrum.values.max():g}; "
+                    "expected values of at least 0, and some above"
+                )
+        if self.excitation.values.max() > 1:
+            raise InvalidInputError(
+                f"excitation of dye {self.name!r} reaches {self.excitation.values.max():g}; it is a share of light, so "
+                "at most 1"
+            )
+        means = [_mean_wavelength(spectrum) for spectrum in (self.excitation, self.emission)]
+        if means[1] <= means[0]:
+            raise InvalidInputError(
+                f"dye {self.name!r} is excited around {means[0]:.0f} nm and emits around {means[1]:.0f} nm; emission "
+                "is at longer wavelengths, so exchange the two"
+            )
+
+    @classmethod
+    def gaussian(
+        cls,
+        name: str,
+        excitation_nm: float,
+        emission_nm: float,
+        *,
+        widths_nm: tuple[float, float] = (20.0, 20.0),
+        grid: SpectralGrid | None = None,
+    ) -> FluorescentDye:
+        """A dye with bell-shaped spectra around two wavelengths; ``widths_nm``: their standard deviations."""
+        grid = grid or SpectralGrid.uniform(300, 830, 5)
+        bells = [
+            np.exp(-0.5 * ((grid.wavelengths_nm - center) / require_range("a width", width, 0.1, 1000, " nm")) ** 2)
+            for center, width in zip((excitation_nm, emission_nm), widths_nm, strict=True)
+        ]
+        return cls(name, Spectrum("excitation", grid, bells[0]), Spectrum("emission", grid, bells[1]))
+
+    @property
+    def emission_mean_nm(self) -> float:
+        """Mean wavelength of the emitted power."""
+        return _mean_wavelength(self.emission)
+
+    def emission_density(self, wavelengths_nm: Array) -> Array:
+        """Emission per nm at any wavelengths, its integral 1."""
+        return self.emission.at(wavelengths_nm) / _integral(self.emission)
+
+    def absorbed_power(self, light: Spectrum, grid: SpectralGrid) -> float:
+        """∫ ex · E dλ for a unit amount, with the excitation as it is on ``grid``."""
+        points, weights = integration_points(grid.wavelengths_nm, light.grid.wavelengths_nm)
+        return float((self.excitation_at(points, grid) * weights) @ light.at(points))
+
+    def emitted_rgb(self, viewer: Observer | None = None) -> Array:
+        """Linear sRGB (3,) of the emission density: of one unit of absorbed power."""
+        return RGB_FROM_XYZ @ xyz_of(self.emission, None, viewer) / _integral(self.emission)
+
+    def excitation_on(self, grid: SpectralGrid) -> Array:
+        """Excitation at the knots of a grid, (n,): what the design knows of it."""
+        return self.excitation.at(grid.wavelengths_nm)
+
+    def excitation_at(self, points: Array, grid: SpectralGrid) -> Array:
+        """Excitation as the design knows it on ``grid``, at any wavelengths (nm)."""
+        return np.interp(points, grid.wavelengths_nm, self.excitation_on(grid), left=0.0, right=0.0)
+
+
+def share_per_amount(dyes: Sequence[FluorescentDye], wavelengths_nm: Array) -> Array:
+    """(n, k): the larger of the shares of photons and of power at each wavelength that a unit amount sends out again.
+
+    A photon that is taken in at λ and sent out around λ' takes λ / λ' of its power along, so photons bind first.
+    """
+    columns = [
+        dye.excitation.at(wavelengths_nm) * np.maximum(1.0, dye.emission_mean_nm / wavelengths_nm) for dye in dyes
+    ]
+    return np.stack(columns, axis=1) if columns else np.zeros((len(wavelengths_nm), 0))
+
+
+def require_energy(name: str, wavelengths_nm: Array, reflected: Array, sent_out: Array) -> None:
+    """Raise InvalidInputError where reflected light and ``share_per_amount @ amounts``, both (n,), exceed 1."""
+    total = reflected + sent_out
+    worst = int(np.argmax(total))
+    if total[worst] > 1 + ENERGY_SLACK:
+        room = max(1.0 - float(reflected[worst]), 0.0) / max(float(sent_out[worst]), 1e-300)
+        raise InvalidInputError(
+            f"surface {name!r} returns {total[worst]:.4f} of the light at {wavelengths_nm[worst]:g} nm, reflected and "
+            "sent out by its dyes (counted in photons, as a quantum yield of at most 1 asks); expected at most 1: "
+            f"multiply the amounts of its dyes by {np.floor(room * 1e3) / 1e3:g}, or darken it there"
+        )
+
+
+def _mean_wavelength(spectrum: Spectrum) -> float:
+    points, weights = integration_points(spectrum.grid.wavelengths_nm)
+    values = spectrum.at(points) * weights
+    return float(points @ values / values.sum())
+
+
+def _integral(spectrum: Spectrum) -> float:
+    points, weights = integration_points(spectrum.grid.wavelengths_nm)
+    return float(spectrum.at(points) @ weights)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescent dyes from the palette, or from the material's own panel, in what is translated and rendered."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.scene import Fluorescent, leaves
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("mitsuba")
+
+
+def dye(material, taken=405.0, sent=530.0, amount=0.3):
+    made = material.spectral.dyes.add()
+    made.excitation_nm, made.emission_nm, made.amount = taken, sent, amount
+
+
+def fluorescent(scene, name):
+    material = next(material for material in scene.materials if material.name == name)
+    return [leaf for leaf in leaves(material.surface) if isinstance(leaf, Fluorescent)]
+
+
+def test_dyes_of_a_material_stand_in_its_diffuse_and_its_principled_shader(build, translate):
+    plain = build.material("Plain", Color=(0.3, 0.3, 0.3, 1.0))
+    glossy = build.material("Glossy", "ShaderNodeBsdfPrincipled", Metallic=0.25)
+    for material in (plain, glossy):
+        dye(material)
+        build.plane(material=material)
+    scene = translate()
+    (own,) = fluorescent(scene, "Plain")
+    assert [d.name for d in own.dyes] == ["dye 405 to 530 nm"]
+    assert own.amounts == (pytest.approx(0.3),)
+    np.testing.assert_allclose(own.color.linear_rgb, 0.3, rtol=1e-6)
+    (base,) = fluorescent(scene, "Glossy")
+    assert not base.color.linear_rgb.any()
+    assert 0.1 < base.amounts[0] < 0.3 * 0.93  # the gloss keeps light from the dye, and gray 0.8 leaves it little room
+    assert any("reduced to" in note.message for note in scene.notes if note.subject == "Glossy")
+
+
+def test_dyes_that_cannot_be_are_named(build, translate):
+    backwards = build.material("Backwards")
+    dye(backwards, 600.0, 450.0)
+    mirror = build.material("Mirror", "ShaderNodeBsdfAnisotropic")
+    dye(mirror)
+    for material in (backwards, mirror):
+        build.plane(material=material)
+    notes = [(note.subject, note.message) for note in translate().notes]
+    assert any(who == "Backwards" and "shown without its dyes" in what for who, what in notes)
+    assert any(who == "Mirror" and "no Diffuse or Principled shader" in what for who, what in notes)
+
+
+def test_the_panel_s_operator(build):
+    material = build.material("Paint")
+    bpy.context.view_layer.objects.active = build.plane(material=material)
+    bpy.ops.spectral.material_dye()
+    bpy.ops.spectral.material_dye()
+    assert [round(each.amount, 3) for each in material.spectral.dyes] == [0.3, 0.3]
+    bpy.ops.spectral.material_dye(index=0)
+    assert len(material.spectral.dyes) == 1
+    with pytest.raises(RuntimeError, match="there is no dye 4; there are 1"):
+        bpy.ops.spectral.material_dye(index=4)
+
+
+def test_a_designed_dye_is_applied_and_rendered_in_the_color_that_the_palette_shows(build, tmp_path):
+    """Oracle: the palette's own color of the cell, by its sum over the bispectral matrix."""
+    from blender_addon import jobs
+
+    bpy.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    scene = bpy.context.scene
+    palette = scene.spectral.palette
+    palette.active_row = 0
+    bpy.ops.spectral.palette_dye()
+    palette.materials[0].dyes[0].excitation_nm, palette.materials[0].dyes[0].emission_nm = 440, 530
+    palette.grid_start, palette.grid_stop, palette.grid_samples = 360, 720, 37
+    palette.lights[0].design = palette.lights[1].design = "MEASURED"
+    palette.level_to = "LIGHTS"
+    for row in palette.materials:
+        for cell in row.cells:
+            cell.mode = "IGNORE"
+    asked = palette.materials[0].cells[1]
+    asked.mode, asked.target = "FIXED", (0.3, 1.0, 0.2)  # a green that no reflectance has by day
+    bpy.ops.spectral.palette_solve()
+    assert palette.materials[0].dyes[0].amount > 1e-3, "the design uses no dye, so the test shows nothing"
+    material = build.material("Paint")
+    build.plane(size=4.0, material=material)
+    palette.materials[0].material = material
+    scene.world = bpy.data.worlds.new("World")
+    bpy.ops.spectral.palette_apply()
+    assert [each.amount for each in material.spectral.dyes] == [palette.materials[0].dyes[0].amount]
+    from blender_addon.translate.spectra.stored import spectrum_of, store_spectrum
+
+    store_spectrum(scene.world.spectral, spectrum_of(palette.lights[1], "result"))
+    build.camera(type="ORTHO", ortho_scale=1.0)
+    scene.render.engine = "SPECTRAL"
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.spectral.render.samples = 256
+    scene.render.filepath = str(tmp_path / "frame.png")
+    bpy.ops.render.render(write_still=True)
+    result = jobs.records[-1].result
+    assert result is not None and result.plan["fluorescence"].value == "on"
+    found = result.pixels[..., :3].reshape(-1, 3).mean(axis=0)
+    expected = np.array(asked.actual_linear)
+    expected = expected * found.sum() / expected.sum()  # the world's strength is the test's own
+    assert float(delta_e_2000(*(lab_from_linear_rgb(rgb) for rgb in (found, expected)))) < 0.5

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescent surfaces in a render: their color by formula, mixed, left out by the plan, and in RGB transport."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from benchmarks._meshes import at, square
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.paint.fluorescence import FluorescentSurface, led
+from spectral_core.render.job import RenderJob
+from spectral_core.render.plan.effects import plan_effects, plan_from_data
+from spectral_core.scene import (
+    AddSurface,
+    Camera,
+    Diffuse,
+    Film,
+    Fluorescent,
+    Glass,
+    Instance,
+    Material,
+    MixSurface,
+    RenderSettings,
+    ScatteringMedium,
+    Scene,
+    World,
+    gray,
+)
+from spectral_core.spectra import catalogue
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.fluorescence import FluorescentDye
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+
+GRID = SpectralGrid.uniform(360, 780, 10)
+DYE = FluorescentDye.gaussian("green", 405, 530)
+PAINT = FluorescentSurface(
+    "paint", Reflectance("paint", GRID, 0.3 + 0.1 * np.sin(GRID.wavelengths_nm / 40)), (DYE,), np.array([0.4])
+)
+
+
+def closure(paint: FluorescentSurface) -> Fluorescent:
+    """The surface of a palette as a material: its dyes are known at the palette's wavelengths."""
+    known = tuple(
+        FluorescentDye(dye.name, Spectrum("excitation", paint.grid, dye.excitation_on(paint.grid)), dye.emission)
+        for dye in paint.dyes
+    )
+    return Fluorescent(paint.reflectance, known, tuple(paint.amounts))
+
+
+def lit(surface, light, *, samples=256, **settings) -> Scene:
+    """A tile that sees nothing but an evenly bright world, and fills the picture."""
+    return Scene(
+        camera=Camera(world_from_camera=at(0, 0, 5), kind="orthographic", orthographic_scale=0.01),
+        film=Film(8, 8, samples, filter_kind="box", filter_width=1.0),
+        meshes=(square(),),
+        materials=(Material("paint", surface),),
+        instances=(Instance("tile", "square", at(), ("paint",)),),
+        world=World(light),
+        settings=RenderSettings(**settings),
+    )
+
+
+def shown(scene):
+    """Mean color, its standard error, and the job."""
+    job = RenderJob(scene, plan_effects(scene, pilot=False))
+    job.trace(scene.film.samples)
+    pixels = job.picture()[..., :3].reshape(-1, 3).astype(float)
+    return pixels.mean(axis=0), pixels.std(axis=0, ddof=1) / np.sqrt(len(pixels)), job
+
+
+def unit(light: Illuminant) -> Illuminant:
+    return normalized(light)
+
+
+@pytest.mark.parametrize("light", [catalogue.illuminant("D65"), catalogue.illuminant("FL2"), led(405)])
+def test_a_palette_s_surface_renders_in_the_color_that_it_was_designed_in(light):
+    """Oracle: the palette's own sum over the bispectral matrix, which the renderer shares nothing with."""
+    found, noise, _ = shown(lit(closure(PAINT), light))
+    expected = PAINT.linear_rgb(unit(light))
+    assert np.all(np.abs(found - expected) <= 4.5 * noise + 2e-3 * np.abs(expected).max())
+    plain = replace(PAINT, amounts=np.array([0.0])).linear_rgb(unit(light))
+    assert np.abs(plain - expected).max() > 20 * noise.max()  # noise does not hide that dyes are left out
+
+
+def test_mixed_and_added_dyes_take_their_share():
+    light = unit(led(405))
+    other = FluorescentDye.gaussian("red", 420, 620)
+    first = Fluorescent(gray(0.0), (DYE,), (0.5,))
+    second = Fluorescent(gray(0.0), (other,), (0.4,))
+    found, noise, _ = shown(lit(MixSurface(0.25, first, AddSurface(second, Diffuse(gray(0.1)))), light))
+    colors = [surface.sent_out(light, np.arange(360.0, 831.0)) for surface in (first, second)]
+    nm = np.arange(360.0, 831.0)
+    from spectral_core.spectra.observer import xyz_of
+
+    power = 0.75 * colors[0] + 0.25 * colors[1] + 0.025 * light.at(nm)
+    expected = RGB_FROM_XYZ @ xyz_of(Spectrum("sum", SpectralGrid(nm), power))
+    assert np.all(np.abs(found - expected) <= 4.5 * noise + 5e-3 * np.abs(expected).max())
+
+
+def test_a_surface_without_any_dye_is_a_matt_one():
+    light = catalogue.illuminant("A")
+    bare, _, _ = shown(lit(Fluorescent(PAINT.reflectance), light, samples=16, transport="spectral"))
+    matt, _, _ = shown(lit(Diffuse(PAINT.reflectance), light, samples=16, transport="spectral"))
+    np.testing.assert_array_equal(bare, matt)
+
+
+def test_the_plan_turns_fluorescence_on_and_off():
+    scene = lit(closure(PAINT), led(405))
+    plan = plan_from_data(scene)
+    row = plan["fluorescence"]
+    assert (row.value, plan["transport"].value) == ("on", "spectral")
+    assert row.error > 20 and row.how == "bounded" and "'paint'" in row.reason
+    off = replace(scene, settings=RenderSettings(overrides=(("fluorescence", "off"),), transport="spectral"))
+    dark, _, _ = shown(off)
+    matt, _, _ = shown(lit(Diffuse(PAINT.reflectance), led(405), transport="spectral"))
+    np.testing.assert_allclose(dark, matt, rtol=0.15, atol=2e-3)
+    faint = lit(replace(closure(PAINT), amounts=(1e-7,)), catalogue.illuminant("D65"))
+    assert plan_from_data(faint)["fluorescence"].value == "off"
+    assert plan_from_data(lit(Diffuse(), led(405)))["fluorescence"].reason == "no material holds a fluorescent dye"
+
+
+def test_rgb_transport_shows_the_color_by_day_and_says_so():
+    found, _, job = shown(lit(closure(PAINT), catalogue.illuminant("D65"), transport="rgb", samples=16))
+    expected = PAINT.linear_rgb(unit(catalogue.illuminant("D65")))
+    np.testing.assert_allclose(found, expected, rtol=0.02)
+    assert any("under daylight: RGB transport knows no other wavelengths" in note.message for note in job.notes)
+
+
+def test_media_say_that_dyes_are_dark_in_them():
+    scene = lit(closure(PAINT), led(405), samples=1, overrides=(("media", "on"),))
+    fog = Material("fog", Glass(), ScatteringMedium(1.0))
+    scene = replace(
+        scene,
+        materials=(*scene.materials, fog),
+        instances=(*scene.instances, Instance("cube", "square", at(0, 0, 1), ("fog",))),
+    )
+    job = RenderJob(scene, plan_effects(scene, pilot=False))
+    assert any("send out no light where light scatters inside media" in note.message for note in job.notes)
+
+
+def test_more_light_than_comes_is_refused_with_a_way_out():
+    with pytest.raises(InvalidInputError, match=r"returns 1\.\d+ of the light at \d+ nm.*multiply the amounts") as told:
+        Fluorescent(gray(0.5), (DYE,), (0.6,))
+    factor = float(str(told.value).partition("dyes by ")[2].partition(",")[0])
+    Fluorescent(gray(0.5), (DYE,), (0.6 * factor,))
+    assert Fluorescent.largest_share(gray(0.5), (DYE,), (0.6,)) == pytest.approx(factor, abs=2e-3)
+    with pytest.raises(InvalidInputError, match="1 dyes and 2 amounts; give one per dye"):
+        Fluorescent(gray(0.5), (DYE,), (0.1, 0.1))
