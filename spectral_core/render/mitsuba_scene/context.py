@@ -10,7 +10,7 @@ from typing import Any
 
 from spectral_core.render.lights.listing import LightList
 from spectral_core.render.plugins.paints.computed import computed_classes
-from spectral_core.render.plugins.paints.programs import LoadedProgram
+from spectral_core.render.plugins.paints.loaded import LoadedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.paints.upsampling import Upsampling
 from spectral_core.render.plugins.surfaces.scene_bsdf import scene_bsdf_class

@@ -82,6 +82,8 @@ def register(mi: Any, dr: Any) -> None:
         """One lobe of light per direction, ``color`` times something; knows how to ``draw`` and to ``measure``."""
 
         kind = mi.BSDFFlags.DiffuseReflection
+        draw: Any
+        measure: Any
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)

@@ -77,9 +77,7 @@ def register(mi: Any, dr: Any) -> None:
             bs.sampled_type = dr.select(reflects, mi.UInt32(self.kinds[0]), mi.UInt32(self.kinds[1]))
             if self.smooth:
                 bs.pdf = dr.select(reflects, reflected, passes)
-                color = dr.select(
-                    reflects, self.reflection_color.eval(si, active), self.transmission_color(si, active)
-                )
+                color = dr.select(reflects, self.reflection_color.eval(si, active), self.transmission_color(si, active))
                 return bs, dr.select(active & (bs.pdf > 0.0), color, 0.0)
             value, density = self.eval_pdf(ctx, si, bs.wo, active)
             sane = active & (density > 0.0) & (reflects == (wo.z > 0.0)) & (facing > 0.0)

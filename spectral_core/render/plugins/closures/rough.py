@@ -18,9 +18,12 @@ def register(mi: Any, dr: Any) -> None:
     class BothSides(Closure):
         """A reflecting closure that only knows its upper side: everything is turned there first.
 
-        ``anisotropy``, ``rotation`` and ``tangent`` (world directions): all three, or none. ``single``, ``mean``: tables
-        of the energy that facets keep.
+        ``anisotropy``, ``rotation`` and ``tangent`` (world directions): all three, or none. ``single``, ``mean``:
+        tables of the energy that facets keep.
         """
+
+        draw: Any
+        reflect: Any
 
         def __init__(self, inputs: Any, *kinds: Any) -> None:
             super().__init__(inputs)
@@ -127,9 +130,9 @@ def register(mi: Any, dr: Any) -> None:
     class BlenderPrincipled(BothSides):
         """The opaque part of Blender's Principled BSDF: coat over (metal mixed with specular over diffuse).
 
-        ``specular_tint``, ``diffuse_roughness``, what begins with ``coat`` and ``subsurface`` may be absent. ``ior`` and
-        ``coat_ior`` come with the reflectance seen straight on, its hemispherical mean and the table of the directional
-        albedo. As in Cycles a layer takes that albedo at the view direction away from what lies below.
+        ``specular_tint``, ``diffuse_roughness``, what begins with ``coat`` and ``subsurface`` may be absent. ``ior``
+        and ``coat_ior`` come with the reflectance seen straight on, its hemispherical mean and the table of the
+        directional albedo. As in Cycles a layer takes that albedo at the view direction away from what lies below.
         """
 
         def __init__(self, inputs: Any) -> None:

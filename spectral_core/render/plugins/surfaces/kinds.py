@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.plugins.closures.lobe import classes
-from spectral_core.render.plugins.paints.programs import numbers_of
+from spectral_core.render.plugins.paints.loaded import numbers_of
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.slots import WIDTHS, Slot
 from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Programmed, Source, Tint

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.albedo import SIZE
-from spectral_core.render.plugins.paints.programs import TracedProgram
+from spectral_core.render.plugins.paints.loaded import TracedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.sources import Programmed, Source, Textured
 
@@ -172,4 +172,3 @@ def build_of(source: Source) -> Any:
     if isinstance(source, Programmed):
         return (source.program.shape, *(id(i.data) for i in source.program.instructions))
     return ("texture", id(source.texture)) if isinstance(source, Textured) else None
-

@@ -41,7 +41,7 @@ FACTOR = 2
 
 
 class SurfaceTables:
-    """All surfaces of a scene. ``add`` and ``assign`` fill it, ``seal`` writes it to the device, ``take`` changes it."""
+    """All surfaces of a scene: ``add`` and ``assign`` fill it, ``seal`` writes it to the device, ``take`` edits it."""
 
     def __init__(self, scene: SceneTables, upsampling: Any) -> None:
         self.mi, self.dr = scene.mi, scene.dr
