@@ -59,7 +59,8 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> None:
         for group in transport.groups:
             dial.bulbs.add().name = group
         reset(dial)
-    if transport.storage.kind == "dial":
+    dial.keeps_spectra = transport.storage.keeps_spectra
+    if not dial.keeps_spectra:
         for bulb in dial.bulbs:
             bulb.lamp = ""
     store_members(dial.bulbs, members)

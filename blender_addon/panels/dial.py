@@ -99,7 +99,7 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     plain.label(text=bulb.name or "ungrouped", icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT")
     plain.prop(bulb, "place")
     lamp = plain.row()
-    lamp.enabled = "dial storage" not in dial.facts
+    lamp.enabled = dial.keeps_spectra
     lamp.prop(bulb, "lamp")
     row = layout.row(align=True)
     row.scale_y = 1.2

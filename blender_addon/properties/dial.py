@@ -101,6 +101,7 @@ class SpectralLightDial(bpy.types.PropertyGroup):
     )  # fmt: skip
     scene_hash: StringProperty(description="Of the scene that the transport was recorded from")
     facts: StringProperty(description="Facts of the recording, for the panel")
+    keeps_spectra: BoolProperty(default=True, description="Whether the recording lets lights have new spectra")
     recorded_parts: StringProperty(description="Hash of each part of the scene when it was recorded")
     recorded_groups: StringProperty(description="Hash of each light group, and of all else, when they were recorded")
     changes: StringProperty(description="Changes of the scene since it was recorded; empty if none")

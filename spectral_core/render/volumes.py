@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import UnknownNameError
-from spectral_core.render.trace.camera_rays import camera_frame
+from spectral_core.render.lens.camera_rays import camera_frame
 from spectral_core.scene import Camera, Film, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
@@ -64,13 +64,9 @@ def view_of(camera: Camera, film: Film) -> View:
 
 
 def _lighting(volume: VolumeObject) -> str:
-    for name in volume.options:
-        if name != "lighting":
-            raise UnknownNameError.among(f"option of volume {volume.name!r}", name, ["lighting"])
-    lighting = str(volume.options.get("lighting", "scene"))
-    if lighting not in LIGHTING:
-        raise UnknownNameError.among("volume lighting", lighting, LIGHTING)
-    return lighting
+    if volume.lighting not in LIGHTING:
+        raise UnknownNameError.among("volume lighting", volume.lighting, LIGHTING)
+    return volume.lighting
 
 
 def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: bool) -> SceneVolume:

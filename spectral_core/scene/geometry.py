@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import weakref
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -144,7 +144,7 @@ class VolumeObject:
     ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
     ``transfer``: a ``spectral_core.volume`` transfer function (not named here: scene stands below that room).
     ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines them.
-    ``options``: ``{"lighting": "even" | "scene" | "shadows"}``, see ``spectral_core.render.volumes``.
+    ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``.
     """
 
     name: str
@@ -153,7 +153,7 @@ class VolumeObject:
     transfer: Any
     rule: str = "auto"
     quality: float = 50.0
-    options: dict[str, Any] = field(default_factory=dict)
+    lighting: str = "scene"
 
     def __post_init__(self) -> None:
         if np.ndim(self.data) != 3:
@@ -166,7 +166,7 @@ class VolumeObject:
 def affine(name: str, matrix: Any) -> NDArray[np.float64]:
     """A finite (4, 4) matrix with last row 0, 0, 0, 1, read-only; else InvalidInputError naming ``name``."""
     array = frozen_array(f"{name}: its matrix", matrix, (4, 4))
-    if not np.allclose(array[3], (0, 0, 0, 1)):
+    if np.abs(array[3] - (0, 0, 0, 1)).max() > 1e-5:
         raise InvalidInputError(
             f"{name}: its matrix has last row {array[3].tolist()}; expected an affine map, (0, 0, 0, 1)"
         )

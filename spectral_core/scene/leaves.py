@@ -89,18 +89,18 @@ def values_of(surface: Surface | None) -> Iterator[Any]:
 
 def programs_of(surface: Surface | None) -> Iterator[Program]:
     """Every program in a surface."""
-    yield from (value.program for value in _simple_values(surface) if isinstance(value, Computed))
+    yield from (value.program for value in simple_values_of(surface) if isinstance(value, Computed))
 
 
 def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
     """What a surface reads of its mesh: ``"uv"`` for its images, and each input of its programs."""
-    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in _simple_values(surface))
+    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in simple_values_of(surface))
     return frozenset(name for program in programs_of(surface) for name in program.inputs) | (
         {"uv"} if images else set()
     )
 
 
-def _simple_values(surface: Surface | None) -> Iterator[Any]:
+def simple_values_of(surface: Surface | None) -> Iterator[Any]:
     """``values_of`` with each mixed paint divided into what it mixes."""
     stack = list(values_of(surface))
     while stack:

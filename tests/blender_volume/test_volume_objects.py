@@ -288,5 +288,5 @@ def test_lighting_and_edges_reach_the_renderer(blender, ramp):
     for lighting in ("even", "scene", "shadows"):
         settings.lighting = lighting
         volume = translated().volumes[0]
-        assert volume.options["lighting"] == lighting
+        assert volume.lighting == lighting
         assert volume.transfer.materials[0].gradient_values.max() > 0

@@ -113,3 +113,36 @@ def lacking(kind: str, word: str) -> dict[str, Any]:
     stated = known["$defs"][kind]
     properties = {key: value for key, value in stated["properties"].items() if key != word}
     return {**known, "$defs": {**known["$defs"], kind: {**stated, "properties": properties}}}
+
+
+GRIDS = {
+    "start_nm": SpectralGrid.uniform(390, 700, 10),
+    "stop_nm": SpectralGrid.uniform(400, 710, 10),
+    "step_nm": SpectralGrid.uniform(400, 700, 5),
+    "wavelengths_nm": SpectralGrid(np.array([400.0, 450.0, 460.0, 700.0])),
+    "interpolation": SpectralGrid.uniform(400, 700, 10, interpolation="sampled"),
+}
+"""By entry of a document's grid: one that needs it."""
+
+
+def grid_kept(grid: SpectralGrid, without: str = "") -> bool:
+    """Whether a document gives the grid of a palette back, also where it lacks an entry."""
+    problem = PaletteProblem(grid, (PaletteLight(illuminant("D65")),), (PaletteReflectance("a"),), ((Cell.ignore(),),))
+    table = documents.document_of(problem)
+    table["grid"] = {key: value for key, value in table["grid"].items() if key != without}
+    try:
+        return documents.problem_of(table, Path()).grid.same_as(grid)
+    except SpectralError:
+        return False
+
+
+@pytest.mark.parametrize("name", GRIDS)
+def test_an_entry_of_the_grid_survives_and_is_missed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert grid_kept(GRIDS[name])
+    assert not grid_kept(GRIDS[name], without=name)
+    monkeypatch.setattr(Schema, "content", lacking("grid", name))
+    assert not grid_kept(GRIDS[name])
+
+
+def test_every_entry_of_the_grid_has_a_case() -> None:
+    assert set(GRIDS) == set(documents.PALETTE_SCHEMA.content["$defs"]["grid"]["properties"])

@@ -16,7 +16,7 @@ from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.groups import changed_groups, fingerprint, light_groups, one_group_per_light
 from spectral_core.render.relight.mix import relight
 from spectral_core.render.relight.storage import MixtureStorage, Storage
-from spectral_core.render.relight.storages import STORAGE_NAMES, storage_named, storage_of_document
+from spectral_core.render.relight.storages import STORAGES, storage_named, storage_of_document
 from spectral_core.render.relight.transport import (
     SAMPLING_LIGHTS,
     record_transport,
@@ -152,8 +152,8 @@ def test_a_principled_surface_that_glows_is_a_light(scene: Scene) -> None:
 def test_commands_name_the_storages_that_there_are() -> None:
     from blender_addon.commands import transport as command
 
-    assert command.KINDS == STORAGE_NAMES
-    for name in STORAGE_NAMES:
+    assert tuple(STORAGES) == command.KINDS
+    for name in STORAGES:
         storage = storage_named(name)
         back = storage_of_document(storage.kind, None if storage.grid is None else storage.grid.wavelengths_nm.tolist())
         assert back.channel_names() == storage.channel_names()

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from spectral_core.render import Bands, render_scene
-from spectral_core.render.job import light_spectra
 from spectral_core.render.mitsuba_scene import load_scene
+from spectral_core.render.mitsuba_scene.traced_spectra import light_spectra
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.wavelengths import plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend

@@ -41,7 +41,7 @@ def slab(transfer, lighting="even", quality=50.0):
     matrix = np.diag([2.0, 2.0, 0.25, 1.0])
     matrix[:3, 3] = [-3.0, -3.0, -0.375]
     field = np.full((4, 4, 4), 1.0, np.float32)
-    return VolumeObject("slab", field, matrix, transfer, quality=quality, options={"lighting": lighting})
+    return VolumeObject("slab", field, matrix, transfer, quality=quality, lighting=lighting)
 
 
 def constant(color=COLOR, *, wavelengths=None, lit=True, extinction=DEPTH, emission=0.0):
@@ -173,8 +173,7 @@ def test_a_sodium_lamp_and_a_paint_meet_in_the_volume():
     [
         ({"quality": 5.0}, "quality is 5.0 dB"),
         ({"rule": "best"}, "no step rule is named 'best'"),
-        ({"options": {"light": "even"}}, "no option of volume 'slab' is named 'light'; did you mean 'lighting'"),
-        ({"options": {"lighting": "evn"}}, "no volume lighting is named 'evn'; did you mean 'even'"),
+        ({"lighting": "evn"}, "no volume lighting is named 'evn'; did you mean 'even'"),
     ],
 )
 def test_odd_settings_are_named(change, message):

@@ -7,12 +7,7 @@ import bpy
 
 from ...properties.volume import VOLUME_FIELDS
 
-OPTIONS = ("lighting",)
-"""What the core keeps among the options of a VolumeObject."""
-
 
 def look_of(settings: bpy.types.PropertyGroup) -> dict[str, Any]:
     """Arguments of VolumeObject besides the data and their transfer function."""
-    stated = {core: getattr(settings, field.name) for field in VOLUME_FIELDS.values() for core in field.core}
-    options = {name: stated.pop(name) for name in OPTIONS if name in stated}
-    return {**stated, "options": options}
+    return {core: getattr(settings, field.name) for field in VOLUME_FIELDS.values() for core in field.core}

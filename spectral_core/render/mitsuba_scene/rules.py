@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
+from spectral_core.render.trace.media import Media, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -44,6 +45,12 @@ class RayRules:
     """Whether light walks below some surface."""
     surfaces: Any = None
     """``SurfaceTables`` of the scene."""
+    media: list[MediumRow] = field(default_factory=list)
+    """What fills shapes and space, by number from 1 on."""
+    inside: list[tuple[Any, int]] = field(default_factory=list)
+    """By shape the number of the medium that it holds, and whether it is nothing but its border."""
+    around: tuple[int, int] = (0, 0)
+    """Numbers of the media of all space and at the camera."""
     reradiation: Any | None = None
     """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
 
@@ -76,6 +83,9 @@ class Tables:
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
         self.surfaces = rules.surfaces
+        self.media: Any = None
+        if rules.media:
+            self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)

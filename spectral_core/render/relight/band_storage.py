@@ -36,6 +36,19 @@ class BandStorage(Storage):
         if self.count not in BAND_COUNTS:
             raise InvalidInputError(f"{self.count} bands; expected one of {BAND_COUNTS}")
 
+    @classmethod
+    def choices(cls) -> dict[str, Storage]:
+        """A storage for each count."""
+        return {f"{cls.kind}{count}": cls(count) for count in BAND_COUNTS}
+
+    @classmethod
+    def of_grid(cls, grid: SpectralGrid | None) -> Storage | None:
+        """The choice whose bands have these centers."""
+        if grid is None or grid.size not in BAND_COUNTS:
+            return None
+        storage = cls(grid.size)
+        return storage if np.allclose(storage.grid.wavelengths_nm, grid.wavelengths_nm, rtol=0, atol=1e-6) else None
+
     @property
     def grid(self) -> SpectralGrid:
         """Centers of the bands."""

@@ -16,6 +16,8 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
+EXACT_GRID = SpectralGrid.uniform(380.0, 780.0, 10.0)
+"""Grid of an exact recording where none is named: that of the palette's designs."""
 _LEAST_WEIGHT = 1e-3
 """Of the observer's sensitivity, relative to its largest: keeps the projection well-conditioned at the grid's ends."""
 
@@ -34,6 +36,16 @@ class ExactStorage(Storage):
             raise InvalidInputError(
                 f"an exact transport needs knots at whole nm within {FIRST_NM} to {LAST_NM}; got {self.knots}"
             )
+
+    @classmethod
+    def choices(cls) -> dict[str, Storage]:
+        """The storage of the palette's grid."""
+        return {cls.kind: cls(EXACT_GRID)}
+
+    @classmethod
+    def of_grid(cls, grid: SpectralGrid | None) -> Storage | None:
+        """The storage of any grid of whole nm."""
+        return None if grid is None else cls(grid)
 
     @property
     def grid(self) -> SpectralGrid:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.storage import Storage
-from spectral_core.render.relight.storages import smaller_storages
+from spectral_core.render.relight.storages import STORAGES
 
 RENDERER_BYTES = 500e6
 """Mitsuba, its compiler and a scene of ordinary size, in a process of their own, beside the session's libraries."""
@@ -43,7 +43,7 @@ def require_memory(storage: Storage, size: tuple[int, int], groups: int) -> None
     free, needed = available_bytes(), peak_bytes(storage, *size, groups)
     if free is None or needed <= free:
         return
-    fitting = [each for each in smaller_storages() if peak_bytes(each, *size, groups) <= free]
+    fitting = [each for each in STORAGES.values() if peak_bytes(each, *size, groups) <= free]
     share = max(0.0, (free - RENDERER_BYTES) / (needed - RENDERER_BYTES)) ** 0.5
     smaller = f"a picture of {int(size[0] * share)}×{int(size[1] * share)}" if share > 0.02 else "more memory"
     others = [f"{each.kind} of {each.channel_count} channels" for each in fitting if each.kind != storage.kind]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a transport render keeps, for what will be changed later: one class per kind of storage.
 
-A new storage is one file with a subclass of ``Storage``, and its line in ``storages.py``.
+A new storage is one file with a subclass of ``Storage``, listed in ``KINDS`` of ``storages.py``.
 """
 
 from __future__ import annotations
@@ -30,6 +30,16 @@ class Storage(ABC):
     """Whether the scene is recorded under flat light, so that lights can have new spectra."""
     exr_header: ClassVar[dict[str, Any]] = {}
     """What the header of each part says beside the transport's own attribute."""
+
+    @classmethod
+    @abstractmethod
+    def choices(cls) -> dict[str, Storage]:
+        """The storages of this kind that panel and command line offer, by name."""
+
+    @classmethod
+    @abstractmethod
+    def of_grid(cls, grid: SpectralGrid | None) -> Storage | None:
+        """Storage of this kind with that ``grid``, as a file's header states it; None where there is no such one."""
 
     @property
     @abstractmethod
@@ -85,6 +95,16 @@ class MixtureStorage(Storage):
 
     kind: ClassVar[str] = "dial"
     keeps_spectra: ClassVar[bool] = False
+
+    @classmethod
+    def choices(cls) -> dict[str, Storage]:
+        """One storage."""
+        return {cls.kind: cls()}
+
+    @classmethod
+    def of_grid(cls, grid: SpectralGrid | None) -> Storage | None:
+        """The one storage; it has no wavelengths."""
+        return cls() if grid is None else None
 
     @property
     def grid(self) -> None:

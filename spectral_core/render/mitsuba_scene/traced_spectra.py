@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The spectra of a scene that say which wavelengths are worth tracing: those of its lights and of its reflectances."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance
+from spectral_core.scene import Color, Scene
+from spectral_core.scene.leaves import simple_values_of
+from spectral_core.scene.paint import SpectralImage
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+
+_MOST = 64
+"""Reflectances that are followed. The mean of more is as flat as the observer's own share."""
+
+_TEXELS = 4096
+"""Texels of a spectral texture that are looked at."""
+
+
+def light_spectra(scene: Scene) -> list[Spectrum]:
+    """Spectra of everything that emits, where wavelengths are worth tracing."""
+    paints: list[Any] = [light.color for light in scene.lights]
+    if not scene.world.is_black:
+        paints.append(scene.world.color)
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
+    plain = [paint if isinstance(paint, (Color, Spectrum)) else Color(np.ones(3)) for paint in paints]
+    return [emitted_spectrum(paint, white) for paint in plain]
+
+
+def reflectance_spectra(scene: Scene) -> list[Spectrum]:
+    """Different reflectances that are given as spectra; of a spectral texture, those of its mean and largest weights.
+
+    Colors are left out: the smooth spectra that they become need no wavelengths of their own.
+    """
+    found: dict[bytes, Spectrum] = {}
+    for material in scene.materials:
+        for value in simple_values_of(material.surface):
+            for spectrum in _spectra(value):
+                # An index of refraction and an emission are above 1, and no share of light.
+                if 0 < float(spectrum.values.max()) <= 1.0 + 1e-6:
+                    found.setdefault(spectrum.grid.wavelengths_nm.tobytes() + spectrum.values.tobytes(), spectrum)
+    return list(found.values())[:_MOST]
+
+
+def _spectra(value: Any) -> list[Spectrum]:
+    if isinstance(value, Spectrum):
+        return [value]
+    if not isinstance(value, SpectralImage):
+        return []
+    weights = value.weights.reshape(len(value.weights), -1)
+    weights = weights[:, :: max(1, weights.shape[1] // _TEXELS)].astype(np.float64)
+    texels = np.stack([weights.mean(axis=1), *weights[:, weights.argmax(axis=1)].T])
+    grid = SpectralGrid(value.grid.wavelengths_nm)
+    return [Spectrum("texel", grid, np.clip(row @ value.spectra, 0.0, 1.0)) for row in texels]

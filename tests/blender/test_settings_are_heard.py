@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every setting that the ledger calls read changes the translated scene or its notes, and can be taken back.
+
+So a setting that someone takes out of the translation of lamps, cameras, objects or the output fails here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+pytest.importorskip("bpy")
+
+import bpy
+
+from blender_addon.translate.ledger import entries
+from tests.survival import other_rna, read_rna, unheard
+
+NODES = {"use_nodes": "on for everything since Blender 5"}
+BORDER = {"use_border": True, "border_min_x": 0.2, "border_max_x": 0.8, "border_min_y": 0.3, "border_max_y": 0.7}
+INSTANCES = (
+    "instance_type instance_collection instance_faces_scale use_instance_faces_scale use_instance_vertices_rotation "
+    "show_instancer_for_render"
+)
+POSE = (
+    "parent_bone parent_bone_head_tail_factor parent_type parent_vertices use_parent_final_indices track_axis up_axis "
+    "delta_rotation_quaternion rotation_axis_angle rotation_mode rotation_quaternion matrix_basis matrix_local "
+    "matrix_parent_inverse matrix_world data parent"
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """Settings of one Blender type.
+
+    ``kind``: its name in the ledger. ``made``: makes the scene and gives the struct. ``first``: values that must be
+    set before others count. ``others``: values to change to, where not any other will do. ``besides``: what is not
+    walked, and why.
+    """
+
+    kind: str
+    made: Callable[[Any], Any]
+    first: dict[str, Any] = field(default_factory=dict)
+    others: dict[str, Any] = field(default_factory=dict)
+    besides: dict[str, str] = field(default_factory=dict)
+
+
+def _lamp(kind: str, of: str | None = None) -> Callable[[Any], Any]:
+    def made(build: Any) -> Any:
+        lamp = build.light(kind).data
+        return lamp if of is None else getattr(lamp, of)
+
+    return made
+
+
+def _object(build: Any) -> Any:
+    bpy.context.scene.world = None
+    return build.plane(material=build.material())
+
+
+def _camera(build: Any) -> Any:
+    return build.camera().data
+
+
+def _orthographic(build: Any) -> Any:
+    return build.camera(type="ORTHO").data
+
+
+def _scene(part: str) -> Callable[[Any], Any]:
+    def made(build: Any) -> Any:
+        build.plane(material=build.material())
+        return getattr(bpy.context.scene, part)
+
+    return made
+
+
+def _words(text: str, reason: str) -> dict[str, str]:
+    return dict.fromkeys(text.split(), reason)
+
+
+WARM = {"use_temperature": True}
+PANORAMA = _words(
+    "panorama_type fisheye_fov fisheye_lens latitude_min latitude_max longitude_min longitude_max "
+    "fisheye_polynomial_k0 fisheye_polynomial_k1 fisheye_polynomial_k2 fisheye_polynomial_k3 fisheye_polynomial_k4 "
+    "central_cylindrical_range_u_min central_cylindrical_range_u_max central_cylindrical_range_v_min "
+    "central_cylindrical_range_v_max central_cylindrical_radius custom_filepath custom_shader custom_mode "
+    "custom_bytecode custom_bytecode_hash",
+    "a camera of such a type is named as a whole",
+)
+LENS = {**PANORAMA, "angle_x": "another word for lens", "angle_y": "another word for lens", "lens_unit": "a unit"}
+CASES = {
+    "point": Case("PointLight", _lamp("POINT"), WARM, {"type": "SPOT"}, NODES),
+    "spot": Case("SpotLight", _lamp("SPOT"), WARM, {"type": "POINT"}, NODES),
+    "sun": Case("SunLight", _lamp("SUN"), WARM, {"type": "POINT"}, NODES),
+    "area": Case(
+        "AreaLight", _lamp("AREA"), {**WARM, "shape": "RECTANGLE", "size_y": 2.0},
+        {"type": "POINT", "shape": "ELLIPSE"}, NODES,
+    ),
+    "lamp in Cycles": Case("CyclesLightSettings", _lamp("AREA", "cycles")),
+    "perspective": Case(
+        "Camera", _camera, {"sensor_fit": "VERTICAL"}, {"type": "ORTHO", "sensor_fit": "HORIZONTAL"},
+        {**LENS, "ortho_scale": "orthographic", "sensor_width": "of the other fit"},
+    ),
+    "wide sensor": Case(
+        "Camera", _camera, {"sensor_fit": "HORIZONTAL"}, {"type": "ORTHO", "sensor_fit": "VERTICAL"},
+        {**LENS, "ortho_scale": "orthographic", "sensor_height": "of the other fit"},
+    ),
+    "orthographic": Case(
+        "Camera", _orthographic, {}, {"type": "PERSP"},
+        {**LENS, **_words("angle lens sensor_width sensor_height", "perspective"), "sensor_fit": "of a square picture"},
+    ),
+    "depth of field": Case(
+        "CameraDOFSettings", lambda build: _camera(build).dof, {"use_dof": True}, {},
+        {"focus_object": "tests/blender/test_translate_rays.py", "aperture_rotation": "of a lens with blades"},
+    ),
+    "object": Case(
+        "Object", _object, {}, {"lightgroup": "another", "rotation_euler": (0.3, 0.2, 0.1)},
+        _words(INSTANCES, "makes other objects") | _words(POSE, "Blender's own matrices")
+        | {"hide_render": "Blender's own depsgraph leaves it out of renders", "dimensions": "another word for scale"},
+    ),
+    "output": Case(
+        "RenderSettings", _scene("render"), BORDER, {"engine": "BLENDER_EEVEE", "resolution_percentage": 50},
+        {
+            **_words("use_simplify simplify_subdivision simplify_subdivision_render simplify_child_particles "
+                     "simplify_child_particles_render use_simplify_normals hair_type hair_subdiv",
+                     "act on meshes before the translation"),
+            "engine": "chooses this engine",
+            **_words("motion_blur_shutter motion_blur_position", "of motion blur, which is named as a whole"),
+            **_words("use_crop_to_border use_multiview views_format", "the engine's: tests/blender/test_engine.py"),
+        },
+    ),
+    "light paths": Case("CyclesRenderSettings", _scene("cycles"), besides={"volume_bounces": "of media"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_setting_that_is_read_is_heard(build, translate, name):
+    case = CASES[name]
+    owner = case.made(build)
+    for first, value in case.first.items():
+        setattr(owner, first, value)
+    declared = {each.identifier for each in owner.bl_rna.properties if not each.is_readonly}
+    names = sorted((entries()[case.kind].read & declared) - set(case.besides))
+    assert names
+
+    def write(setting: str, value: Any) -> None:
+        setattr(owner, setting, value)
+        owner.id_data.update_tag()
+
+    def other(setting: str) -> Any:
+        return case.others[setting] if setting in case.others else other_rna(owner, setting)
+
+    assert unheard(names, lambda setting: read_rna(owner, setting), write, other, translate) == {}

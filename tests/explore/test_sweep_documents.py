@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every entry of a sweep's document reaches the sweep, its project, and the project that is read from a store again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from spectral_core.explore.sweep.designs import Design
+from spectral_core.explore.sweep.document import sweep_of
+from spectral_core.explore.sweep.parameters import Parameter
+from spectral_core.explore.sweep.region import RegionOfInterest
+from spectral_core.explore.sweep.store import Project
+from tests.survival import unheard
+
+PLAIN: dict[str, Any] = {
+    "compute": {"kind": "function", "function": "package.module:name"},
+    "parameters": [
+        {"name": "a", "low": 1.0, "high": 2.0, "unit": "W", "scale": "linear", "kind": "real", "path": "p",
+         "group": "g"},
+        {"name": "b", "low": 1.0, "high": 3.0},
+        {"name": "c", "kind": "choice", "choices": ["x", "y", "z"]},
+    ],
+    "design": {"kind": "lattice", "budget": 8, "seed": 0, "rate": 2, "points": [{"a": 1.5, "b": 2.0, "c": "x"}]},
+    "region": {
+        "ranges": {"a": [1.0, 2.0]}, "choices": {"c": ["x", "y"]}, "constraints": ["b <= 2.8"], "name": "middle",
+        "ball": {"center": {"a": 1.5, "b": 2.0}, "radii": {"a": 0.5}, "p": 2.0},
+    },
+    "columns": {"d": "a + b"}, "reference": {"a": 1.5, "b": 2.0, "c": "x"}, "seed": 0,
+}  # fmt: skip
+OTHERS: dict[str, Any] = {
+    "compute.function": "package.module:other", "compute.kind": "command",
+    "parameters.name": None, "parameters.low": 0.9, "parameters.high": 2.5, "parameters.unit": "kW",
+    "parameters.scale": "log", "parameters.kind": "integer", "parameters.path": "q", "parameters.group": "h",
+    "parameters.choices": None,
+    "design.kind": "sobol", "design.budget": 9, "design.seed": 5, "design.rate": 3,
+    "design.points": [{"a": 1.4, "b": 2.0, "c": "x"}],
+    "region.ranges": {"a": [1.2, 1.9]}, "region.choices": {"c": ["x"]}, "region.constraints": ["b <= 2.5"],
+    "region.name": "edge", "region.ball": {"center": {"a": 1.5, "b": 2.0}, "radii": {"a": 0.25}, "p": 2.0},
+    "columns.d": "a - b", "reference.a": 1.25, "seed": 1,
+}  # fmt: skip
+"""Another value for each entry; None where another test changes it (a name changes the whole document)."""
+
+
+def test_every_entry_has_a_case() -> None:
+    """Those of the dataclasses that a document states, so that a new field cannot be forgotten here."""
+    stated = {
+        *(f"parameters.{each.name}" for each in fields(Parameter)),
+        *(f"design.{each.name}" for each in fields(Design)),
+        *(f"region.{each.name}" for each in fields(RegionOfInterest)),
+    }
+    made_here = {"design.frame", "design.shifts"}  # where the first run places the lattice
+    assert stated - made_here == {
+        name for name in OTHERS if name.partition(".")[0] in ("parameters", "design", "region")
+    }
+
+
+def document() -> dict[str, Any]:
+    return json.loads(json.dumps(PLAIN))
+
+
+def stored(plain: dict[str, Any]) -> Any:
+    """What the sweep of a document keeps, and what its project keeps after it went through project.json."""
+    sweep = sweep_of(plain, Path())
+    project = sweep.project("fingerprint")
+    again = Project.from_dict(json.loads(json.dumps(project.to_dict())), "project.json")
+    assert again == project
+    own = replace(again, store_id="")
+    return [sweep.reference, sweep.seed, sweep.compute, own.to_dict()]
+
+
+def test_every_entry_of_a_document_is_kept() -> None:
+    plain = document()
+
+    def holder(name: str) -> tuple[Any, str]:
+        table, _, key = name.partition(".")
+        return (plain, name) if not key else (plain[table][0] if table == "parameters" else plain[table], key)
+
+    def read(name: str) -> Any:
+        owner, key = holder(name)
+        return owner[key]
+
+    def write(name: str, value: Any) -> None:
+        owner, key = holder(name)
+        owner[key] = value
+
+    names = [name for name, other in OTHERS.items() if other is not None]
+    assert unheard(names, read, write, OTHERS.__getitem__, lambda: stored(plain)) == {}
+
+
+def test_names_and_choices_of_a_document_are_kept() -> None:
+    plain = document()
+    plain["parameters"][2]["choices"].append("w")
+    assert stored(plain) != stored(document())
+    assert [parameter.name for parameter in sweep_of(plain, Path()).space.parameters] == ["a", "b", "c"]

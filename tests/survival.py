@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a translation hears each of its settings: one walk for panels, documents and Blender's own types.
+
+A setting that someone takes out of a translation changes nothing there any more, and is listed by ``unheard``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def fingerprint(item: Any) -> str:
+    """SHA-256 over every number, text and array of what a translation makes: equal data, equal fingerprint."""
+    digest = hashlib.sha256()
+    _feed(digest, item)
+    return digest.hexdigest()
+
+
+def _feed(digest: Any, item: Any) -> None:
+    digest.update(f"<{type(item).__name__}".encode())
+    if isinstance(item, np.ndarray):
+        digest.update(f"{item.shape}".encode() + np.ascontiguousarray(item).tobytes())
+    elif dataclasses.is_dataclass(item) and not isinstance(item, type):
+        _feed(digest, {field.name: getattr(item, field.name) for field in dataclasses.fields(item)})
+    elif isinstance(item, Mapping):
+        for key in sorted(item, key=repr):
+            _feed(digest, key)
+            _feed(digest, item[key])
+    elif isinstance(item, (tuple, list)):
+        for each in item:
+            _feed(digest, each)
+    elif item is None or isinstance(item, (str, bytes, bool, int, float, np.generic, Path, Enum, frozenset)):
+        digest.update(repr(sorted(item, key=repr) if isinstance(item, frozenset) else item).encode())
+    else:
+        raise TypeError(f"{type(item).__name__} has no fingerprint; state it as data")
+    digest.update(b">")
+
+
+def unheard(
+    names: Iterable[str], read: Callable[[str], Any], write: Callable[[str, Any], None],
+    other: Callable[[str], Any], translated: Callable[[], Any],
+) -> dict[str, str]:  # fmt: skip
+    """Settings that the translation does not hear, and why it is thought so.
+
+    Parameters
+    ----------
+    names : settings to walk.
+    read, write : get and set the value of one.
+    other : a value that one does not have now.
+    translated : what the translation makes of all of them.
+    """
+    plain = fingerprint(translated())
+    assert plain == fingerprint(translated()), "the translation differs from one call to the next"
+    found = {}
+    for name in names:
+        kept = read(name)
+        write(name, other(name))
+        if fingerprint(translated()) == plain:
+            found[name] = "changes nothing"
+        write(name, kept)
+        if fingerprint(translated()) != plain:
+            found[name] = "is not undone"
+    return found
+
+
+def settings_of(owner: Any, base: Any = None) -> list[str]:
+    """Names of the properties of a Blender struct that can be set, without those of a base type."""
+    common = {"rna_type"} | ({each.identifier for each in base.bl_rna.properties} if base is not None else set())
+    return [
+        each.identifier
+        for each in owner.bl_rna.properties
+        if each.identifier not in common and not (each.is_readonly and each.type != "POINTER")
+    ]
+
+
+def read_rna(owner: Any, name: str) -> Any:
+    """The value of a Blender property, as a copy."""
+    value = getattr(owner, name)
+    return tuple(value) if owner.bl_rna.properties[name].type == "FLOAT" and np.ndim(value) else value
+
+
+def other_rna(owner: Any, name: str) -> Any:
+    """A value that a Blender property does not have now, within its range."""
+    declared, value = owner.bl_rna.properties[name], getattr(owner, name)
+    if declared.type == "BOOLEAN":
+        return not value
+    if declared.type == "ENUM":
+        return next(item.identifier for item in declared.enum_items if item.identifier != value)
+    if declared.type == "STRING":
+        return value + "other"
+    if declared.type in ("INT", "FLOAT"):
+        low, high = max(declared.soft_min, declared.hard_min), min(declared.soft_max, declared.hard_max)
+        if declared.type == "INT":
+            return value + 1 if value < high else value - 1
+        if getattr(declared, "is_array", False):
+            return tuple(_between(each, low, high) for each in value)
+        return _between(value, low, high)
+    raise TypeError(f"{name} is a {declared.type}; give another value for it by hand")
+
+
+def _between(value: float, low: float, high: float) -> float:
+    """A value between the present one and an end of its range, not far away."""
+    end = high if value < high and high - value >= value - low else low
+    return value + np.sign(end - value) * min(abs(end - value) / 2, max(abs(value) / 10, 0.02))
