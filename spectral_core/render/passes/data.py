@@ -126,7 +126,7 @@ class DataPasses(Accumulator):
             met = walking & si.is_valid()
             unseen, hole = first_hit._rules_of(si, met)
             seen = met & ~unseen & ~hole
-            bsdf = si.bsdf()
+            bsdf = first_hit.surface(si)
             passed = dr.select(seen, bsdf.eval_null_transmission(si, seen), 1.0)
             alpha = 1.0 - dr.mean(passed)
             single = seen & ~done & (alpha >= self._wanted.alpha_threshold) & (alpha > 0.0)

@@ -17,7 +17,7 @@ def parts_of(mi: Any, dr: Any, si: Any, bsdf: Any, wo: Any, value: Any, active: 
     mixed = is_matt & ((flags & (int(mi.BSDFFlags.Glossy) | int(mi.BSDFFlags.Delta))) != 0)
     asked = mi.BSDFContext()
     asked.type_mask = matt_lobes
-    diffuse = bsdf.eval(asked, si, wo, active & mixed)
+    diffuse = bsdf.eval_pdf(asked, si, wo, active & mixed)[0]
     share = dr.select(value != 0.0, dr.clip(diffuse / value, 0.0, 1.0), 0.0)
     share = dr.select(mixed, share, dr.select(is_matt, mi.Spectrum(1.0), 0.0))
     return share, dr.select(si.wi.z * wo.z > 0.0, 1.0 - share, 0.0)
@@ -27,7 +27,7 @@ def drawn_parts(mi: Any, dr: Any, si: Any, bsdf: Any, bs: Any, active: Any) -> t
     """The same shares of a sample that a BSDF has drawn."""
     sharp = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
     blunt = active & ~sharp
-    value = bsdf.eval(mi.BSDFContext(), si, bs.wo, blunt)
+    value = bsdf.eval_pdf(mi.BSDFContext(), si, bs.wo, blunt)[0]
     diffuse, glossy = parts_of(mi, dr, si, bsdf, bs.wo, value, blunt)
     mirrored = dr.select(mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection), mi.Spectrum(1.0), 0.0)
     return dr.select(sharp, 0.0, diffuse), dr.select(sharp, mirrored, glossy)
