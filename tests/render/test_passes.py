@@ -40,7 +40,7 @@ from spectral_core.scene import (
 )
 from spectral_core.scene.passes import LIGHT_PASSES, LOBES
 
-LIT = (*LIGHT_PASSES, *(f"{lobe} Color" for lobe in LOBES))
+LIT = (*(name for name in LIGHT_PASSES if "Volume" not in name), *(f"{lobe} Color" for lobe in LOBES))
 
 
 def room(wanted: Passes, *, samples: int = 8, **settings) -> Scene:

@@ -123,10 +123,9 @@ def light_pass_class(variant: str) -> Any:
                 return
             first = scatters & (path.depth == 0)
             si, bsdf, _, (even, _) = self.here
-            diffuse, glossy = drawn_parts(mi, dr, si, bsdf, bs, first & ~even)
-            diffuse, glossy = dr.select(even, mi.Spectrum(1.0), diffuse), dr.select(even, 0.0, glossy)
+            drawn = self.complete(drawn_parts(mi, dr, si, bsdf, bs, first & ~even), even, mi.Bool(False))
             self.parts = tuple(
-                mi.Spectrum(dr.select(first, new, old)) for new, old in zip((diffuse, glossy), self.parts, strict=True)
+                mi.Spectrum(dr.select(first, new, old)) for new, old in zip(drawn, self.parts, strict=True)
             )
             super().count(path, bs, scatters)
 

@@ -173,7 +173,8 @@ def scene_path_class(variant: str) -> Any:
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
             """Through a medium to the next surface: whether the path scatters before it, and where."""
             flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
-            path.light += self.clamped(dr.select(active, path.throughput * flight.glow, 0.0), path.depth > 1)
+            glow = mi.Spectrum(dr.select(active, path.throughput * flight.glow, 0.0))
+            path.light = mi.Spectrum(path.light + self.clamped(glow, path.depth > 1))
             path.throughput *= dr.select(active, flight.weight, 1.0)
             self.fog = flight.scatters, path.medium
             return flight.scatters, place
