@@ -136,7 +136,7 @@ class DataPasses(Accumulator):
             self._see_mist(si, seen, dr.mean(clear) * alpha)
             if self._colors:
                 self._see_colors(si, bsdf, clear * weight, (pick, direction), seen)
-            slots = self._see_names(rows, dr.mean(clear) * alpha, seen, list(slots))
+            named = self._see_names(rows, dr.mean(clear) * alpha, seen, list(slots))
             clear = dr.select(seen, clear * passed, clear)
             onward = met & ~hole & (dr.max(clear) > 1e-4) & (layers + 1 < bounds)
             return (
@@ -146,7 +146,7 @@ class DataPasses(Accumulator):
                 done | single,
                 layers + 1,
                 onward,
-                *slots,
+                *named,
             )
 
         start = (

@@ -40,6 +40,7 @@ def light_pass_class(variant: str) -> Any:
         from 1, 0 for one without, by its number.
         """
 
+        met: Any
         sums: Any = None
         lane: Any = None
         measured: Any = None
