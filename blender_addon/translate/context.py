@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,8 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.scene import ImageTexture, Note
+from spectral_core.spectra.spectrum import Spectrum
 
 from .. import compat
+
+
+@dataclass
+class Heard:
+    """What a part of a translation has said, and whether it has read other data than its own."""
+
+    notes: tuple[Note, ...] = ()
+    reads_elsewhere: bool = False
 
 
 @dataclass
@@ -19,13 +30,16 @@ class Translation:
     """One run from a depsgraph to a Scene.
 
     ``rgb_from_working``: (3, 3), Blender's scene-linear colors to linear sRGB. ``images``: read once per picture and
-    use, so that materials share them by identity.
+    use, so that materials share them by identity. ``designed``: spectra to show in place of those that materials,
+    lights and worlds carry, with a factor on the power of a light, by session number. ``reads_elsewhere``: whether
+    anything was read of other data than the material, lamp or world at hand.
     """
 
     depsgraph: Any
     rgb_from_working: NDArray[np.float64]
     images: dict[Any, ImageTexture | None] = field(default_factory=dict)
-    spectra: dict[str, Any] = field(default_factory=dict)
+    designed: dict[int, tuple[Spectrum, float]] = field(default_factory=dict)
+    reads_elsewhere: bool = False
     _notes: dict[tuple[str, str], Note] = field(default_factory=dict)
 
     @classmethod
@@ -46,6 +60,20 @@ class Translation:
     def note(self, subject: str, message: str) -> None:
         """Tell the user something, once however often it is met."""
         self._notes.setdefault((subject, message), Note(subject, message))
+
+    @contextmanager
+    def listening(self) -> Iterator[Heard]:
+        """What is said and read within it; it is said to the user as always."""
+        notes, elsewhere, heard = self._notes, self.reads_elsewhere, Heard()
+        self._notes, self.reads_elsewhere = {}, False
+        try:
+            yield heard
+        finally:
+            heard.notes, heard.reads_elsewhere = self.notes, self.reads_elsewhere
+            self._notes, self.reads_elsewhere = (
+                notes | {k: v for k, v in self._notes.items() if k not in notes},
+                (elsewhere or self.reads_elsewhere),
+            )
 
     @property
     def notes(self) -> tuple[Note, ...]:

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,7 @@ from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
 from .shading.attributes import object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
-from .viewport.kept import Kept
+from .viewport.kept import Kept, kept_or_made
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
 
@@ -81,18 +83,28 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
             _collect_one(found, obj, instance)
         except InvalidInputError as error:
             translation.note(obj.name, f"{error}; the object was left out")
-    found.instances = [
-        replace(item, unlit_by=found.linking.unlit_by(obj), clear_for=found.linking.clear_for(obj))
-        for item, obj in zip(found.instances, found.originals, strict=True)
-    ]
+    found.instances = [_linked(found, item, obj) for item, obj in zip(found.instances, found.originals, strict=True)]
     _note_hair(found)
     return found
+
+
+def _linked(found: Collected, item: Instance, obj: Any) -> Instance:
+    """The instance with its light linking; the very object, where a kept one has that already."""
+    if not found.linking.is_used:
+        return item
+    rules = found.linking.unlit_by(obj), found.linking.clear_for(obj)
+    if rules == ((), ()):
+        return item
+    return kept_or_made(
+        found.kept, found.translation, ("linked", item.name), frozenset((obj.session_uid,)), (item, rules),
+        lambda: replace(item, unlit_by=rules[0], clear_for=rules[1]),
+    )  # fmt: skip
 
 
 def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
     translation = found.translation
     if obj.type == "LIGHT":
-        light = translate_light(translation, found.unique("light", obj.name_full), obj, instance.matrix_world)
+        light = _light(found, obj, instance)
         if light is not None:
             found.lights.append(light)
             found.linking.add(light.name, obj.original)
@@ -106,9 +118,23 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
         translation.note(obj.name, LEFT_OUT.get(obj.type, f"objects of type {obj.type.lower()} are not rendered"))
 
 
+def _light(found: Collected, obj: Any, instance: Any) -> Light | None:
+    name, original = found.unique("light", obj.name_full), obj.original
+    make = partial(translate_light, found.translation, name, obj, instance.matrix_world)
+    if instance.is_instance:
+        return make()
+    makers = frozenset((original.session_uid, original.data.session_uid))
+    state = (name, original.lightgroup, hidden_from(obj), _rows(instance.matrix_world))
+    return kept_or_made(found.kept, found.translation, ("light", original.session_uid), makers, state, make)
+
+
+def _rows(matrix: Any) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, matrix))
+
+
 def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
-    matrix = np.array(instance.matrix_world, dtype=np.float64)
-    if not np.isfinite(matrix).all():
+    rows = _rows(instance.matrix_world)
+    if not all(map(isfinite, chain(*rows))):
         found.translation.note(obj.name, "its transform is not finite; the object was left out")
         return
     override = overridden(found.translation.depsgraph, "material_override")
@@ -117,37 +143,51 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     mesh = _mesh(found, obj, reads, instance)
     if mesh is None:
         return
-    highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
-    materials += [materials[-1]] * (
-        highest + 1 - len(materials)
-    )  # a face past the last slot has the last material, as in Blender
-    _note_missing(found, obj, reads)
-    note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
-    layer, original = found.translation.depsgraph.view_layer, obj.original
-    if obj.is_shadow_catcher:
-        found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
+    name, original = found.unique("instance", obj.name_full), obj.original
+    layer = found.translation.depsgraph.view_layer
     is_holdout = bool(obj.is_holdout or original.holdout_get(view_layer=layer))
-    if is_holdout and not found.translation.scene.render.film_transparent:
-        found.translation.note(obj.name, "it is a holdout: black, and a hole only where the film is transparent")
     hidden = hidden_from(obj)
     if original.indirect_only_get(view_layer=layer):
         hidden |= Rays.CAMERA
+    fields = {
+        "name": name,
+        "mesh": mesh.name,
+        "group": original.lightgroup,  # Blender does not tell the evaluated copy of a change
+        "hidden_from": hidden,
+        "is_holdout": is_holdout,
+        "color": tuple(obj.color),
+        "index": int(obj.pass_index),
+        "attributes": object_attributes(obj, instance, reads),
+    }
+    make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
-    found.instances.append(
-        Instance(
-            found.unique("instance", obj.name_full),
-            mesh.name,
-            matrix,
-            tuple(item.material.name for item in materials),
-            original.lightgroup,  # Blender does not tell the evaluated copy of a change
-            hidden,
-            is_holdout,
-            color=tuple(obj.color),
-            index=int(obj.pass_index),
-            attributes=object_attributes(obj, instance, reads),
-            random=_random(obj, instance),
-        )
-    )
+    if instance.is_instance:
+        found.instances.append(make())
+        return
+    transparent = found.translation.scene.render.film_transparent
+    names = tuple(item.material.name for item in materials)
+    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, transparent, mesh)
+    makers = frozenset((original.session_uid, original.data.session_uid))
+    key = ("instance", original.session_uid)
+    found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
+
+
+def _instance(
+    found: Collected, obj: Any, instance: Any, mesh: Mesh, materials: list[TranslatedMaterial], reads: frozenset[str],
+    fields: dict[str, Any],
+) -> Instance:  # fmt: skip
+    """The instance of a mesh, and what is to be said of it."""
+    highest = 0 if mesh.material_indices is None else int(mesh.material_indices.max())
+    # a face past the last slot has the last material, as in Blender
+    materials = materials + [materials[-1]] * (highest + 1 - len(materials))
+    _note_missing(found, obj, reads)
+    note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
+    if obj.is_shadow_catcher:
+        found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
+    if fields["is_holdout"] and not found.translation.scene.render.film_transparent:
+        found.translation.note(obj.name, "it is a holdout: black, and a hole only where the film is transparent")
+    matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
+    return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
 
 
 def _random(obj: Any, instance: Any) -> float:
@@ -178,13 +218,23 @@ def _materials(obj: Any) -> list[Any]:
 
 def _translated(found: Collected, material: Any) -> TranslatedMaterial:
     key = None if material is None else material.as_pointer()
-    if key not in found.translated and material is not None:
-        for item in (material, getattr(material, "cycles", None)):
-            note_changed(found.translation, material.name, item)
-        note_nodes(found.translation, material.name, compat.node_tree(material))
     if key not in found.translated:
-        found.translated[key] = translate_material(found.translation, material)
+        if material is None:
+            found.translated[key] = translate_material(found.translation, None)
+        else:
+            number, make = material.original.session_uid, partial(_material, found.translation, material)
+            found.translated[key] = kept_or_made(
+                found.kept, found.translation, ("material", number), frozenset((number,)), material.name_full, make
+            )
     return found.translated[key]
+
+
+def _material(translation: Translation, material: Any) -> TranslatedMaterial:
+    """A material, and what is to be said of it."""
+    for item in (material, getattr(material, "cycles", None)):
+        note_changed(translation, material.name, item)
+    note_nodes(translation, material.name, compat.node_tree(material))
+    return translate_material(translation, material)
 
 
 def _note_missing(found: Collected, obj: Any, reads: frozenset[str]) -> None:
@@ -212,7 +262,8 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
         if found.kept is None:
             found.meshes[key] = make()
         else:
-            found.meshes[key] = found.kept.mesh((*key, name), _makers(obj, instance), make)
+            makers = _makers(obj, instance)  # a place in memory may be taken by another mesh later
+            found.meshes[key] = found.kept.mesh((*key, name, makers), makers, make)
     return found.meshes[key]
 
 

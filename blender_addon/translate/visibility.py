@@ -48,6 +48,11 @@ class Linking:
         self._receivers: dict[str, tuple[set[Any], set[Any]]] = {}
         self._blockers: dict[str, tuple[set[Any], set[Any]]] = {}
 
+    @property
+    def is_used(self) -> bool:
+        """Whether any lamp is linked to some objects only."""
+        return bool(self._receivers or self._blockers)
+
     def add(self, light: str, lamp_object: Any) -> None:
         """Read the collections that a lamp object is linked to."""
         linking = getattr(lamp_object, "light_linking", None)

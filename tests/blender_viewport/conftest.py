@@ -56,7 +56,8 @@ def stage(blender, monkeypatch):
     scene = bpy.context.scene
     scene.render.engine = "SPECTRAL"
     material = bpy.data.materials.new("Paint")
-    material.use_nodes = True
+    if material.node_tree is None:  # before Blender 5
+        material.use_nodes = True
     bpy.ops.mesh.primitive_plane_add(size=6)
     bpy.context.object.name = "Floor"
     bpy.ops.mesh.primitive_uv_sphere_add(location=(0, 0, 1), segments=12, ring_count=8)

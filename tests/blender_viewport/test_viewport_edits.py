@@ -10,6 +10,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from tests.blender_viewport.random_edits import EDITS as RANDOM_EDITS  # noqa: E402
+
 
 def shader(material):
     return next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED").inputs
@@ -155,3 +157,21 @@ def test_views_look_through_what_blender_looks_through():
     low, high = window_of(flat, is_perspective=False)
     for corner, expected in ((low, (-1, -1)), (high, (1, 1))):
         assert (flat @ np.array([*corner, -3.0, 1.0]))[:2] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_edits_leave_nothing_stale(stage, seed):
+    from spectral_core.render.live.changes import difference, equal
+
+    rng = np.random.default_rng(seed)
+    updated(stage)
+    stale = []
+    for number in range(60):
+        name = str(rng.choice(list(RANDOM_EDITS)))
+        updated(stage, lambda _stage, name=name: RANDOM_EDITS[name](rng))
+        known, true = next(iter(stage.link.scenes.values())), whole(stage)
+        left = difference(known, true)
+        kinds = [*left.items, *(single for single in left.singles if single not in ("film", "notes"))]
+        if kinds or {(n.subject, n.message) for n in known.notes} != {(n.subject, n.message) for n in true.notes}:
+            stale.append((number, name, kinds, [n for n in known.notes if not any(equal(n, m) for m in true.notes)]))
+    assert stale == []

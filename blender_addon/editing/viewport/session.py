@@ -20,6 +20,7 @@ from spectral_core.scene import Camera, Film, Scene
 from spectral_core.scene.look import Look
 
 from ... import jobs
+from ...compat import working_space
 from ...properties.hooks import Topic, ignore, listen
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Kept
@@ -27,20 +28,33 @@ from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import viewpoint_of
 from ...translate.visibility import cycles_settings
 
-FIRST_WAIT_S = 0.1
-"""How long a redraw waits for the first picture of a change: a later one would need another redraw."""
+FIRST_WAIT_S = 0.08
+"""How long a redraw waits for the first picture of a change, less what the change itself has taken: a later picture
+needs another redraw, but the interface must not stand still for 100 ms."""
 _names = itertools.count(1)
 
 
 @dataclass
 class _Stage:
-    """What several views of one scene share. ``users``: names of the views."""
+    """What several views of one scene share. ``users``: names of the views. ``moment``: what ``kept`` is of."""
 
     kept: Kept = field(default_factory=Kept)
     users: set[str] = field(default_factory=set)
+    moment: Any = None
+
+    def keep_up(self, depsgraph: Any) -> None:
+        """Forget what edits have touched, and everything where Blender does not tell what has changed."""
+        source = depsgraph.scene
+        moment = (_epochs[0], source.frame_current, source.frame_subframe, working_space(bpy.data))
+        if moment != self.moment:
+            self.kept.clear()
+            self.moment = moment
+        self.kept.forget(depsgraph.updates)
 
 
 _stages: dict[str, _Stage] = {}
+_epochs = [0]
+"""How often data was exchanged as a whole: by an undo, or by loading a file."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +91,7 @@ class ViewSession:
         self._stage = ""
         self._sides: list[_Side] = []
         self._trouble = ""
+        self._began = 0.0
 
     @property
     def link(self) -> LiveLink:
@@ -86,7 +101,8 @@ class ViewSession:
     def update(self, context: Any, depsgraph: Any) -> None:
         """Send what an edit has changed. Called on the main thread, where alone the depsgraph may be read."""
         stage = self._enter(context, depsgraph)
-        _stages[stage].kept.forget(depsgraph.updates)
+        self._began = time.monotonic()
+        _stages[stage].keep_up(depsgraph)
         settings = depsgraph.scene.spectral.viewport
         try:
             scene = self._translated(context, depsgraph, _stages[stage].kept)
@@ -148,7 +164,8 @@ class ViewSession:
         settings = depsgraph.scene.spectral.viewport
         if not settings.is_paused:
             asked = [side for side in self._sides if self._ask(side, context, depsgraph)]
-            end = time.monotonic() + FIRST_WAIT_S
+            end = (self._began or time.monotonic()) + FIRST_WAIT_S
+            self._began = 0.0
             for side in asked:
                 self.link.wait(side.name, side.generation, max(0.0, end - time.monotonic()))
         return [self._picture(side) for side in self._sides]
@@ -193,14 +210,27 @@ class ViewSession:
         self._stage, self._sides = "", []
 
 
+@bpy.app.handlers.persistent
+def _exchanged(*_: object) -> None:
+    """An undo or a file gives other data under the same session numbers, and tells of no edit."""
+    _epochs[0] += 1
+
+
+EXCHANGES = ("undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre", "load_post")
+
+
 def register() -> None:
-    """Follow the viewport's settings."""
+    """Follow the viewport's settings, and undo."""
     listen(Topic.VIEWPORT, redraw_all)
+    for name in EXCHANGES:
+        getattr(bpy.app.handlers, name).append(_exchanged)
 
 
 def unregister() -> None:
     """Follow them no more."""
     ignore(Topic.VIEWPORT)
+    for name in EXCHANGES:
+        getattr(bpy.app.handlers, name).remove(_exchanged)
     _stages.clear()
 
 

@@ -9,6 +9,7 @@ information: a setting that stands in none of the three, such as a new Blender v
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -92,7 +93,7 @@ def at_default(item: Any, name: str) -> bool:
     if getattr(declared, "is_array", False):
         return bool(np.allclose(np.ravel(value), declared.default_array[: np.size(value)], atol=1e-6))
     if declared.type == "FLOAT":
-        return bool(np.isclose(value, declared.default, rtol=1e-5, atol=1e-7))
+        return math.isclose(value, declared.default, rel_tol=1e-5, abs_tol=1e-7)  # np.isclose takes 50 times as long
     return bool(value == declared.default)
 
 

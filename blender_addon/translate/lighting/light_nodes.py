@@ -46,7 +46,7 @@ def shine_of(translation: Translation, lamp: Any) -> Shine:
     nodes = _of_nodes(translation, lamp)
     spectrum = spectra.spectrum_of(translation, lamp)
     if spectrum is not None:
-        return replace(nodes, color=spectrum, factor=nodes.factor * spectra.strength_of(lamp))
+        return replace(nodes, color=spectrum, factor=nodes.factor * spectra.strength_of(translation, lamp))
     kelvin = compat.light_temperature_k(lamp)
     if kelvin is not None:
         tint = tint * translation.linear_rgb(lamp.temperature_color)
@@ -111,7 +111,8 @@ def _emission(reader: Reader, source: Output) -> Shine:
         reader.note("an image on a lamp is shown as its mean color")
         paint = Color(mean_color(paint))
     planckian = spectrum is None and isinstance(paint, Spectrum) and paint.source == "Planck's law"
-    return replace(shine, color=paint, factor=shine.factor * spectra.strength_of(source.node), is_planckian=planckian)
+    factor = shine.factor * spectra.strength_of(reader.translation, source.node)
+    return replace(shine, color=paint, factor=factor, is_planckian=planckian)
 
 
 def _strength(reader: Reader, place: Input | None) -> Shine:

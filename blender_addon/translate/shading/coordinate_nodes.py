@@ -41,6 +41,7 @@ def _coordinates(reader: Reader, output: Output) -> Any:
     target = output.node.object
     if target is None:
         return reader.emit("transformed", reader.point("position"), settings=("POINT", "WORLD", "OBJECT"))
+    reader.translation.reads_elsewhere = True
     matrix = np.array(target.evaluated_get(reader.translation.depsgraph).matrix_world, dtype=np.float64)
     if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 4:
         return np.zeros(3)
@@ -101,6 +102,7 @@ def _attribute(reader: Reader, output: Output) -> Any:
     name = getattr(node, "attribute_name", "") or getattr(node, "layer_name", "")
     kind = getattr(node, "attribute_type", "GEOMETRY")
     if kind == "VIEW_LAYER":
+        reader.translation.reads_elsewhere = True
         return _component(output, view_layer_attribute(reader.translation.depsgraph, name))
     if kind != "GEOMETRY":
         value = reader.point(f"object_attribute:{kind}:{name}")

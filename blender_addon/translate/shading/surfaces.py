@@ -159,7 +159,7 @@ def _toon(reader: Reader, output: Output) -> Surface:
 
 
 def _emission(reader: Reader, output: Output) -> Surface:
-    strength = _scaled(reader, output, spectra.strength_of(output.node))
+    strength = _scaled(reader, output, spectra.strength_of(reader.translation, output.node))
     return Emission(_color(reader, output, 1.0), strength)
 
 

@@ -14,6 +14,8 @@ from . import stored
 
 def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
     """Spectrum of ``owner``, None where its color is meant; where it cannot be used, a Note says so."""
+    if (shown := _designed(translation, owner)) is not None:
+        return shown[0]
     if getattr(owner, "spectral", None) is None or owner.spectral.source == "NONE":
         return None
     try:
@@ -24,6 +26,14 @@ def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
     return spectrum
 
 
-def strength_of(owner: Any) -> float:
+def strength_of(translation: Translation, owner: Any) -> float:
     """Factor on the power of a light or world of that spectrum."""
-    return float(stored.strength_of(owner))
+    shown = _designed(translation, owner)
+    return float(stored.strength_of(owner)) if shown is None else shown[1]
+
+
+def _designed(translation: Translation, owner: Any) -> tuple[Spectrum, float] | None:
+    """What a design shows in place of the spectrum that a data-block carries; nodes are not looked up."""
+    if not translation.designed or not isinstance(owner, stored.OWNERS):
+        return None
+    return translation.designed.get(owner.original.session_uid)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import queue
 import threading
 import time
 from collections.abc import Callable
@@ -57,6 +58,7 @@ class LiveLink:
         self._lock = threading.RLock()
         self._news = threading.Condition(self._lock)
         self._worker: Worker | None = None
+        self._outbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._scenes: dict[str, Scene] = {}
         self._views: dict[str, _View] = {}
         self._generation = 0
@@ -173,10 +175,14 @@ class LiveLink:
         self._post(("view", (name, kept.request, AreaName(kept.area.path, kept.area.pixels))))
 
     def _post(self, message: Any) -> None:
-        if self._worker is None:
-            return
-        with contextlib.suppress(RenderError):  # the thread that reads hears of it, too, and starts another
-            self._worker.post(message)
+        if self._worker is not None:
+            self._outbox.put(message)
+
+    def _send(self, worker: Worker, outbox: queue.SimpleQueue[Any]) -> None:
+        """Send what is posted, on a thread: a process that compiles reads nothing, and the session must not wait."""
+        while (message := outbox.get()) is not None:
+            with contextlib.suppress(RenderError, ValueError):  # the thread that reads hears of it, too
+                worker.post(message)
 
     def _start(self) -> None:
         """Start a process, on a thread: the session does not wait for it."""
@@ -197,11 +203,13 @@ class LiveLink:
             if self._is_closed:
                 worker.end()
                 return
-            self._worker = worker
+            self._worker, self._outbox = worker, queue.SimpleQueue()
+            outbox = self._outbox
             for stage in self._scenes:
                 self._post_scene(stage)
             for name in self._views:
                 self._post_view(name)
+        threading.Thread(target=self._send, args=(worker, outbox), daemon=True).start()
         try:
             while worker is self._worker:
                 message = worker.next_message(1.0)
@@ -211,6 +219,8 @@ class LiveLink:
             self._after_crash(worker, str(error))
         except ValueError:
             pass  # it was ended from here meanwhile, and its log is closed
+        finally:
+            outbox.put(None)
 
     def _hear(self, worker: Worker, kind: str, content: Any) -> None:
         with self._news:

@@ -22,6 +22,7 @@ from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_lumi
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
 from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.trace.media import FARTHEST, ONLY_BORDER
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 
@@ -50,9 +51,8 @@ class LoadedScene:
     """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
 
     ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
-    where that was asked for. ``camera_medium``: what the camera stands in, None for empty space. ``rules``: which rays
-    meet what. ``parts``: its objects by name. ``background``: the emitter that the camera sees behind everything, None
-    for black.
+    where that was asked for. ``rules``: which rays meet what, and what fills space. ``parts``: its objects by name.
+    ``background``: the emitter that the camera sees behind everything, None for black.
     """
 
     scene: Any
@@ -62,7 +62,6 @@ class LoadedScene:
     rules: RayRules
     parts: SceneParts
     background: Any | None = None
-    camera_medium: Any | None = None
     lights: Any | None = None
     """``SceneLights`` of our own paths; None where lamps are Mitsuba's emitters."""
 
@@ -92,7 +91,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
-    context.walks_below = not scene.volumes and all(material.medium is None for material in scene.materials)
+    context.walks_below = not scene.volumes
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
@@ -136,22 +135,34 @@ def load_scene(
         black = replace(view, color=Color(np.full(3, 1e-30)), strength=1.0)
         background = rules.camera_world = light.world_emitter(context, black if view.is_black else view)
     loaded = context.load(description)
-    eye = scene.camera.world_from_camera[:3, 3]
-    around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
-    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded)
+    _fill(rules, shapes, scene, loaded)
+    lights = (
+        None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=bool(rules.around[0]))
+    )
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
     rules.subsurface = context.has_subsurface
-    return LoadedScene(
-        loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around, lights
-    )
+    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
 
 
-def _scene_lights(context: Context, lights: LightList, loaded: Any) -> SceneLights:
-    """The tables of all lights of a loaded scene."""
+def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
+    """Enter the media of shapes, of all space and at the camera."""
+    import drjit as dr
+
+    around = shapes.fill(scene.world.medium, "World")
+    rules.media, rules.inside = shapes.media, shapes.inside
+    if rules.media:
+        mi = shapes.context.mitsuba
+        number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
+        inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
+        rules.around = around, medium_around(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+
+
+def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: bool) -> SceneLights:
+    """The tables of all lights of a loaded scene; ``fogged``: light from afar comes through a medium."""
     box = loaded.bbox()
-    reach = 1e3
-    if box.valid():
+    reach = FARTHEST if fogged else 1e3
+    if box.valid() and not fogged:
         reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
     texture_of = partial(sampled_spectrum, context)
     emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)

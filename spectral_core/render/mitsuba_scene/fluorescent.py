@@ -17,7 +17,6 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import integration_points, xyz_of
 from spectral_core.spectra.spectrum import Spectrum
 
-IN_MEDIA = "its dyes send out no light where light scatters inside media; it shows what it reflects alone"
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
     "for what they send out under each light"

@@ -192,6 +192,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
+        added += medium.emission_strength * largest_size(medium.emission_color) * length
         scattering = depth / max(length, 1e-30) * albedo
         for light in scene.lights:
             added += scattering * phase * _irradiance_along(light, box, length, scene)
