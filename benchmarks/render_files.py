@@ -2,8 +2,9 @@
 """Files from elsewhere (.glb, .gltf, .blend) against Cycles: mean color difference at matched noise, side by side.
 
 Arguments: files and folders, which are searched for such files; ``--most N`` takes N of them, evenly spread. Without
-arguments there is nothing to render: the repository carries no foreign files. Those of the docs are free ones:
-``npm pack @webxr-input-profiles/assets``, ``npm pack @pmndrs/assets``, and ``pip download genesis-world``.
+arguments small files are written, one per glTF extension that Blender imports; the repository carries no foreign files.
+Those of the docs are free ones: ``npm pack @webxr-input-profiles/assets``, ``npm pack @pmndrs/assets``, and
+``pip download genesis-world``.
 
 A file without a camera gets one that sees all of it, a sun and an area lamp beside it, and a gray world. ΔE2000 is
 taken between means of blocks of 4×4 pixels on a white of the sRGB display, and averaged over the blocks that show the
@@ -22,7 +23,9 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks._features.compare import render
+from benchmarks._gltf_files import write_files
 from benchmarks.render_features import quiet
+from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import delta_e_2000, display_rgb_from_linear, lab_from_linear_rgb
 
 OPTIONS = ("--most",)
@@ -42,11 +45,8 @@ def run(options: Options) -> dict[str, Any]:
     if not hasattr(bpy.types.Scene, "spectral"):
         blender_addon.register()
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
-    files = _files(options.extra)
-    if not files:
-        print(f"no files; name files or folders that hold {', '.join(KINDS)}")
-        return {"files": 0}
     options.out.mkdir(parents=True, exist_ok=True)
+    files = _files(options.extra) if options.extra else write_files(options.out / "extensions")
     rows: dict[str, Any] = {}
     for path in files[:2] if options.quick else files:
         name = "/".join(path.parts[-3:])
@@ -76,6 +76,8 @@ def _files(words: list[str]) -> list[Path]:
     for folder in named:
         found += sorted(path for path in folder.rglob("*") if path.suffix.lower() in KINDS) if folder.is_dir() else []
     step = max(1, len(found) // most) if most else 1
+    if not found:
+        raise InvalidInputError(f"no file of kind {', '.join(KINDS)} in {', '.join(map(str, named)) or 'nothing'}")
     return found[::step][:most]
 
 
@@ -115,8 +117,8 @@ def _opened(path: Path) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=str(path))
     scene = bpy.context.scene
-    # Some exporters leave the camera and lamps of their own stage in the file; the stage here is the same for all.
-    for item in [each for each in scene.objects if each.type in {"CAMERA", "LIGHT"}]:
+    # Some exporters leave a camera of their own in the file, which may see nothing of it.
+    for item in [each for each in scene.objects if each.type == "CAMERA"]:
         bpy.data.objects.remove(item)
 
 
