@@ -32,6 +32,9 @@ def run(options: Options) -> dict[str, Any]:
         truth = colors_of(careful, transfer)
         difference = snr_db(truth, colors_of(speculative, transfer) - truth)
         share = (speculative.steps or 0) / max(careful.steps or 1, 1)
-        print(f"{volume.name:15} speculative march takes {share:.2f} of the iterations, differs by {difference:.1f} dB", flush=True)
-        figures |= {f"{volume.name}_turns": share, f"{volume.name}_db": difference}
+        print(
+            f"{volume.name:15} speculative: {share:.2f} of the iterations, {difference:.1f} dB",
+            flush=True,
+        )
+        figures |= {f"{volume.name}_iterations": share, f"{volume.name}_db": difference}
     return figures

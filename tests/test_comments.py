@@ -33,8 +33,10 @@ def counted(text: str) -> tuple[int, int]:
 
 
 def test_the_count_knows_code_from_prose() -> None:
-    lines = ["# licence", '"""Docstring."""', "", "# why", "x = [1,", "     2]  # unit", '"""Of x."""', "", "", "def f():",
-             '    """Doc."""', '    return "a"', ""]  # fmt: skip
+    lines = [
+        "# licence", '"""Docstring."""', "", "# why", "x = [1,", "     2]  # unit", '"""Of x."""', "", "",
+        "def f():", '    """Doc."""', '    return "a"', "",
+    ]  # fmt: skip
     assert counted("\n".join(lines)) == (4, 2)
 
 
