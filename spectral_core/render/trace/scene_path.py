@@ -15,7 +15,7 @@ from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import hit_sides, in_media, path_limits
+from spectral_core.render.trace import hit_sides, in_media, path_limits, reradiation
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
@@ -46,6 +46,7 @@ def scene_path_class(variant: str) -> Any:
 
         State = PathState
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
+        even_lobe = reradiation.even_lobe
         seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
@@ -218,20 +219,6 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
-
-        def even_lobe(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-            """Where light leaves evenly whatever the BSDF is, and a direction on the side that it leaves on.
-
-            So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at
-            the wavelengths that excite the dye.
-            """
-            toward = mi.Vector3f(si.dn_du)
-            if self.tables.reradiation is None:
-                return path.leaves, -toward
-            others, factor, shifted = self.tables.reradiation.shift(si, sampler, active & ~path.leaves)
-            si.wavelengths = others
-            path.throughput *= factor
-            return path.leaves | shifted, dr.select(shifted, toward, -toward)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number, even lobe), through what is clear."""
