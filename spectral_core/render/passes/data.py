@@ -250,7 +250,7 @@ class DataPasses(Accumulator):
     def _white_at(self, si: Any) -> Any:
         """The light that a white surface shows white under: its radiance per nm, or 1."""
         mi, dr = self._mi, self._dr
-        if self._plan is None:
+        if self.plan is None:
             return mi.Spectrum(1.0)
         values = []
         for k in range(4):
@@ -280,7 +280,7 @@ class DataPasses(Accumulator):
         drawn = sums[:, self._drawn : self._drawn + 1] / samples
         for lobe in self._colors:
             color = found[f"{lobe} Color"] / np.maximum(drawn, 1e-9)
-            found[f"{lobe} Color"] = color if self._plan is None else color @ RGB_FROM_XYZ.T
+            found[f"{lobe} Color"] = color if self.plan is None else color @ RGB_FROM_XYZ.T
         for name in ("Depth", "Denoising Depth", "Position"):
             if name in found:
                 found[name] = found[name] / self._unit

@@ -13,8 +13,10 @@ from spectral_core.render.job import RenderJob
 from spectral_core.render.passes.books import LIGHT_ROWS, light_group_names
 from spectral_core.render.passes.data import DataPasses
 from spectral_core.render.passes.subjects import Subjects
+from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.scene import Note
 from spectral_core.scene.passes import DATA_PASSES, GROUP_PREFIX, LOBES, Passes
+from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Array = NDArray[np.float32]
 
@@ -86,12 +88,21 @@ def _light(job: RenderJob, wanted: Passes, samples: float) -> tuple[dict[str, Ar
         job.trace(max(1, round(samples)))
         notes.append(Note("Passes", EQUAL_SAMPLES))
     rows: dict[str, Any] = {**LIGHT_ROWS, **light_group_names(wanted.light_groups)}
-    pictures = sums.light_pictures(len(rows))
+    pictures = _pictures(sums, len(rows))
     names = [*wanted.light, *(GROUP_PREFIX + group for group in wanted.light_groups)]
     found = {name: pictures[..., rows[name], :] for name in names}
     if job.scene.film.transparent and "Environment" in found:
         found["Environment"] = np.zeros_like(found["Environment"])
     return found, notes
+
+
+def _pictures(sums: Accumulator, rows: int) -> Array:
+    """Means so far of the shares of the light, (height, width, rows, 3) linear sRGB, row 0 at the bottom."""
+    width, height = sums.film.size
+    parts = [np.array(tile.light).reshape(tile.count, rows, 3) for tile in sums.tiles]
+    means = np.concatenate(parts).astype(np.float64) / max(1, sums.samples)
+    colors = means if sums.plan is None else means @ RGB_FROM_XYZ.T
+    return np.asarray(colors * sums.film.exposure, np.float32).reshape(height, width, rows, 3)
 
 
 def _bends(surface: Any) -> bool:
