@@ -42,6 +42,8 @@ class Context:
 
     walks_below: bool = True
     """Whether the paths that are taken know how to walk below surfaces."""
+    has_holdouts: bool = False
+    """Whether any surface cuts holes into what the camera sees."""
     has_subsurface: bool = False
     """Whether any surface was made that they must walk below."""
     dyed: dict[str, Dyed] = field(default_factory=dict)

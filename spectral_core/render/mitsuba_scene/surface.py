@@ -15,7 +15,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
-from spectral_core.render.mitsuba_scene.glow import emission, is_dark, weight_texture
+from spectral_core.render.mitsuba_scene.glow import emission, is_dark, sheen_clear, weight_texture
 from spectral_core.render.mitsuba_scene.leaf_rows import grouped
 from spectral_core.scene import (
     Color,
@@ -23,10 +23,12 @@ from spectral_core.scene import (
     Fluorescent,
     Glass,
     Glossy,
+    Holdout,
     Metal,
     Paint,
     Principled,
     Scalar,
+    Sheen,
     Subsurface,
     Surface,
     Toon,
@@ -70,7 +72,7 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
     """What one closure scatters, as weighted BSDFs."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
-        if normal is not None and made.class_name() != "NullBSDF":
+        if normal is not None and made.class_name() not in ("NullBSDF", "Holdout"):
             plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
             softens = plain or isinstance(closure, (Diffuse, Translucent, Subsurface))
             texture = context.computed(normal.program)
@@ -94,6 +96,11 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
     elif isinstance(closure, Transparent):
         color = paint.reflectance(context, closure.color, subject)
         yield weight, context.load({"type": "tinted_null", "color": color})
+    elif isinstance(closure, Sheen):
+        yield weight, _sheen(context, (closure.color, closure.roughness, closure.microfiber), subject)
+    elif isinstance(closure, Holdout):
+        context.has_holdouts = True
+        yield weight, context.load({"type": "holdout"})
     elif isinstance(closure, Translucent):
         color = paint.reflectance(context, closure.color, subject)
         yield weight, context.load({"type": "blender_translucent", "color": color})
@@ -201,6 +208,7 @@ def _glass(
         "nominal_ior": nominal,
         "smooth": smooth,
         "reflects": getattr(closure, "reflects", True),
+        "keeps_energy": closure.multiple_scattering,
     }
     if not smooth:
         description["facet_color"] = colors[2]
@@ -209,9 +217,11 @@ def _glass(
 
 
 def _principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
-    if closure.sheen_weight != 0:
-        context.note(subject, "uses sheen, which is left out")
     opaque = weight.times(closure.alpha)
+    if closure.sheen_weight != 0:
+        sheen = (closure.sheen_tint, closure.sheen_roughness, True)
+        yield opaque.times(closure.sheen_weight), _sheen(context, sheen, subject)
+        opaque = opaque.times(sheen_clear(context, closure, subject))
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), context.load({"type": "null"})
     base = paint.reflectance(context, closure.base_color, subject)
@@ -256,6 +266,17 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
         one = context.load({"type": "uniform", "value": 1.0})
         metal = opaque.times(closure.transmission).times(closure.metallic)
         yield metal, context.load({**reflecting, "metallic": one})
+
+
+def _sheen(context: Context, made_of: tuple[Paint, Scalar, bool], subject: str) -> Any:
+    color, roughness, microfiber = made_of
+    description = {
+        "type": "blender_sheen",
+        "color": paint.reflectance(context, color, subject),
+        "roughness": paint.scalar_texture(context, roughness, subject),
+        "ashikhmin": not microfiber,
+    }
+    return context.load(description)
 
 
 def _is_white(color: Any) -> bool:

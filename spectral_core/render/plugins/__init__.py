@@ -17,10 +17,23 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins.closures import bent, bsdfs, glass, matt, rough, subsurface
+    from spectral_core.render.plugins.closures import bent, bsdfs, glass, holdout, matt, rough, sheen, subsurface
     from spectral_core.render.plugins.lamps import emitters, environment
     from spectral_core.render.plugins.paints import spectral_image, textures
 
-    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass, bent, subsurface):
+    for module in (
+        textures,
+        spectral_image,
+        emitters,
+        environment,
+        bsdfs,
+        matt,
+        rough,
+        glass,
+        bent,
+        subsurface,
+        holdout,
+        sheen,
+    ):
         module.register(mitsuba, drjit)
     _registered.add(variant)

@@ -176,7 +176,7 @@ class Accumulator:
         looks = ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
-        if first_hit.transparent:
+        if first_hit.looks_through:
             passed, behind = first_hit.straight_through(ray)
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())

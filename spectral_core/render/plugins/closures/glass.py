@@ -28,6 +28,7 @@ def register(mi: Any, dr: Any) -> None:
             self.transmission_color = properties["transmission_color"]
             self.ior, self.smooth = properties["ior"], properties["smooth"]
             self.reflects = bool(properties.get("reflects", True))
+            self.keeps_energy = bool(properties.get("keeps_energy", True))
             kinds = (
                 (mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
                 if self.smooth
@@ -105,6 +106,8 @@ def register(mi: Any, dr: Any) -> None:
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))
 
             def kept(color: Any) -> Any:
+                if not self.keeps_energy:
+                    return mi.Float(1.0)
                 outside, inside = (keep(roughness, wi.z, color) for keep in (self.kept_outside, self.kept_inside))
                 return dr.select(si.wi.z > 0.0, outside, inside)
 
