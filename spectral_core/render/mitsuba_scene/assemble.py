@@ -21,6 +21,7 @@ from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
+from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.trace.media import FARTHEST, ONLY_BORDER
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
@@ -28,6 +29,8 @@ from spectral_core.scene.geometry import box_of, corners_of
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
+LAMP_BODY = "\0lamp"
+"""Name of the material of Mitsuba's lamps: light passes them. No material of an artist has it."""
 UNLIMITED_BOUNCES = 1024
 """Blender's own largest number: a light that counts for so many bounces counts for all."""
 
@@ -121,6 +124,8 @@ def load_scene(
         for object_number, made in enumerate(lamps[item.name]):
             description[f"light_{number:06d}_{object_number}"] = made.entry
             _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
+            if isinstance(made.entry, mitsuba.Shape):
+                context.bsdf.surfaces.assign(made.entry, LAMP_BODY)
             if isinstance(made.entry, mitsuba.Shape) and not item.camera_visible:
                 hidden.append(made.entry)
                 rules.add_shapes([made.entry], int(Rays.CAMERA))
@@ -134,6 +139,10 @@ def load_scene(
         view = replace(scene.world.camera_view, group=scene.world.group)
         black = replace(view, color=Color(np.full(3, 1e-30)), strength=1.0)
         background = rules.camera_world = light.world_emitter(context, black if view.is_black else view)
+    if any(isinstance(made.entry, mitsuba.Shape) for of in lamps.values() for made in of):
+        context.bsdf.surfaces.add(LAMP_BODY, leaves_of(context, None, ""))
+    context.bsdf.seal()
+    rules.surfaces = context.bsdf.surfaces
     loaded = context.load(description)
     _fill(rules, shapes, scene, loaded)
     lights = (

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
 from spectral_core.render.trace.media import Media, MediumRow
 from spectral_core.scene import Rays
 
@@ -42,6 +43,8 @@ class RayRules:
     camera_world: Any | None = None
     subsurface: bool = False
     """Whether light walks below some surface."""
+    surfaces: Any = None
+    """``SurfaceTables`` of the scene."""
     media: list[MediumRow] = field(default_factory=list)
     """What fills shapes and space, by number from 1 on."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
@@ -81,6 +84,7 @@ class Tables:
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
+        self.surfaces = rules.surfaces
         self.media: Any = None
         self.has_holdout_surfaces = rules.holdouts
         self.cuts_holes = rules.holdouts or any(bits & HOLDOUT for _, bits in rules.shapes)
@@ -114,6 +118,10 @@ class Tables:
             return mi.UInt32(missing)
         known = number < dr.opaque(mi.UInt32, dr.width(table))
         return dr.select(known, dr.gather(mi.UInt32, table, number, known), missing)
+
+    def surface(self, si: Any) -> SurfaceAt:
+        """What the surface at a hit does with light."""
+        return SurfaceAt(self.surfaces, si)
 
     def shape_number(self, si: Any) -> Any:
         """Number that a hit's object is known by: its placement's where its shape is shared."""

@@ -23,14 +23,13 @@ SHARED_TRIANGLES = 20_000
 
 
 class Shapes:
-    """Shapes of a scene's instances; BSDFs and media are made once per material."""
+    """Shapes of a scene's instances; leaves and media are made once per material."""
 
     def __init__(
         self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
     ) -> None:
         self.context, self.parts, self.movable = context, parts, movable
         self.materials = {material.name: material for material in scene.materials}
-        self.bsdfs: dict[str, Any] = {}
         self.media: list[MediumRow] = []
         self.inside: list[tuple[Any, int]] = []
         """Shapes that hold a medium: its number, from 1 on, and whether the shape is nothing but its border."""
@@ -97,11 +96,11 @@ class Shapes:
         return self._groups[key]
 
     def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
-        """Mitsuba mesh of a part, known to the tables of what it wears."""
-        shape = geometry.mesh_shape(self.context, part, children)
-        dyed = self.context.dyed.get(self._material(instance, index).name)
-        if dyed is not None:
-            dyed.shapes.append(shape)
+        """Mitsuba mesh of a part, known to the tables by its material."""
+        shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
+        self.context.bsdf.surfaces.assign(shape, name)
+        if name in self.context.dyed:
+            self.context.dyed[name].shapes.append(shape)
         return shape
 
     def _material(self, instance: Instance, index: int) -> Material:
@@ -127,10 +126,10 @@ class Shapes:
     def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
         """What a shape wears, and what it glows with where our own tables know that."""
         material, context = self._material(instance, index), self.context
-        if material.name not in self.bsdfs:
-            self.bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
+        if not context.bsdf.surfaces.has(material.name):
+            context.bsdf.surfaces.add(material.name, surface.leaves_of(context, material.surface, material.name))
             self._numbers[material.name] = self.fill(material.medium, material.name)
-        children = {"bsdf": self.bsdfs[material.name]}
+        children = {"bsdf": context.bsdf}
         if context.lights is not None:
             constant = constant_glow(material.surface)
             if constant is not None:

@@ -18,6 +18,7 @@ from spectral_core.render.lens.aperture import lens_point
 from spectral_core.render.lens.camera_rays import camera_frame, rays
 from spectral_core.render.lens.panorama import DrJitMath
 from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
@@ -187,7 +188,7 @@ class Accumulator:
         finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
-        radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - dr.mean(passed)
+        radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
         if self.frame.camera.panorama is not None:  # outside a fisheye's circle there is nothing
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite

@@ -84,11 +84,11 @@ class FirstHit:
             si.dn_dv = camera_marks(mi)
             met = walking & si.is_valid()
             unseen, is_hole = self._rules_of(si, met)
-            clear = si.bsdf().eval_null_transmission(si, met & ~unseen)
+            clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
             if self.rules is not None and self.rules.has_holdout_surfaces:
                 si.dn_dv = mi.Vector3f(QUESTION, 0.0, 0.0)
-                share = si.bsdf().eval_null_transmission(si, met & ~unseen & ~is_hole) - clear
+                share = self.surface(si).eval_null_transmission(si, met & ~unseen & ~is_hole) - clear
                 hole = dr.select(met & ~unseen & ~is_hole, hole + passed * dr.maximum(share, 0.0), hole)
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             if self.rules is not None and fills is not None:
@@ -115,6 +115,11 @@ class FirstHit:
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
         return passed + hole, passed * environment.eval(miss)
+
+    def surface(self, si: Any) -> Any:
+        """What the surface at a hit does with light."""
+        assert self.rules is not None, "scenes that are not ours have no surfaces of ours"
+        return self.rules.surface(si)
 
     def _rules_of(self, si: Any, met: Any) -> tuple[Any, Any]:
         """Whether the camera passes a hit as if it were not there, and whether it is a holdout."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.scene import Rays
 
@@ -36,7 +37,7 @@ def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
     none = float(dr.largest(mi.Float))
     highest = [limit * settings.white if limit > 0 else none for limit in (limits.clamp_direct, limits.clamp_indirect)]
     low, high = (dr.opaque(mi.Float, limit) for limit in highest)
-    mean = dr.mean(dr.abs(value))
+    mean = channel_mean(dr, dr.abs(value))
     most = dr.select(indirect, high, low)
     return value * dr.select(mean > most, most / mean, 1.0)
 
@@ -61,7 +62,7 @@ def shone_through(
         si.dn_dv = marks
         met = active & si.is_valid()
         blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
-        clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
+        clear = dr.select(blocks, clear * tables.surface(si).eval_null_transmission(si, blocks), clear)
         counts = blocks
         if fills is not None:
             length = dr.select(si.is_valid(), si.t, ray.maxt)

@@ -105,7 +105,7 @@ def scene_path_class(variant: str) -> Any:
 
             hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
             path.seen |= hit | floats
-            bsdf = si.bsdf()
+            bsdf = self.tables.surface(si)
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)

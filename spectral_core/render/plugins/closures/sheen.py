@@ -15,6 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.plugins.closures.albedo import SIZE
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+
 TABLE = Path(__file__).with_name("sheen.npy")
 
 
@@ -24,35 +27,49 @@ def table() -> NDArray[np.float32]:
     return np.asarray(np.load(TABLE), dtype=np.float32)
 
 
-class Lobe:
-    """The table on the device."""
+@cache
+def sheen_tables() -> dict[str, NDArray[np.float64]]:
+    """The share, a and b over roughness and the root of the cosine, as all tables of closures are."""
+    rows = table().astype(np.float64)
+    last = len(rows) - 1
+    known, wanted = np.arange(last + 1) / last, np.arange(SIZE) / (SIZE - 1)
+    rough = np.stack([np.interp(wanted, known, column) for column in rows.reshape(last + 1, -1).T], axis=1)
+    rough = rough.reshape(SIZE, last + 1, 3)
+    names = ("share", "a", "b")
+    return {name: np.stack([np.interp(wanted**2, known, row) for row in rough[..., k]]) for k, name in enumerate(names)}
+
+
+class SharedLight:
+    """The table of shares on the device."""
 
     def __init__(self, mi: Any, dr: Any) -> None:
         self._mi, self._dr = mi, dr
         self._size = table().shape[0]
-        self._texture = mi.Texture2f(mi.TensorXf(np.ascontiguousarray(table())))
+        self._texture = mi.Texture2f(mi.TensorXf(np.ascontiguousarray(table()[..., :1])))
 
-    def __call__(self, roughness: Any, cosine: Any) -> tuple[Any, Any, Any]:
+    def __call__(self, roughness: Any, cosine: Any) -> Any:
         last = self._size - 1
         held = self._dr.clip(roughness, 0.0, 1.0), self._dr.clip(cosine, 0.0, 1.0)
         place = self._mi.Point2f(held[1] * last + 0.5, held[0] * last + 0.5) / float(self._size)
-        share, a, b = self._texture.eval(place)[:3]
-        return share, self._dr.maximum(a, 1e-3), b
+        return self._texture.eval(place)[0]
 
 
 def register(mi: Any, dr: Any) -> None:
-    """Define and register the BSDF and the texture for the active variant."""
+    """Define and register the closure and the texture for the active variant."""
 
-    class Sheen(mi.BSDF):
-        """``color`` and ``roughness`` are textures; ``ashikhmin``: the older model."""
+    class Sheen(Closure):
+        """``color``, ``roughness``; ``ashikhmin``: the older model, else ``share``, ``a`` and ``b`` are tables."""
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            flags = int(mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
-            self.m_components, self.m_flags = [flags], flags
-            self.color, self.roughness = properties["color"], properties["roughness"]
-            self.ashikhmin = bool(properties["ashikhmin"])
-            self.lobe = Lobe(mi, dr)
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.m_flags = int(mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
+            self.color, self.roughness = inputs["color"], inputs["roughness"]
+            self.ashikhmin = inputs["ashikhmin"]
+            self.tables = None if self.ashikhmin else [inputs[name] for name in ("share", "a", "b")]
+
+        def lobe(self, roughness: Any, cosine: Any) -> tuple[Any, Any, Any]:
+            share, a, b = (table(roughness, cosine) for table in self.tables)
+            return share, dr.maximum(a, 1e-3), b
 
         def upward(self, si: Any, way: Any) -> Any:
             """A direction with the viewer above the surface."""
@@ -114,18 +131,6 @@ def register(mi: Any, dr: Any) -> None:
             value, density = self.measure(si, self.upward(si, si.wi), self.upward(si, wo), mi.Bool(active))
             return dr.select(active, self.color.eval(si, active) * value, 0.0), density
 
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[1]
-
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Spectrum(0.0)
-
-        def to_string(self) -> str:
-            return "Sheen[]"
-
     class SheenClear(mi.Texture):
         """What a layer of Microfiber sheen of ``weight``, ``roughness`` and ``color`` leaves, at the angle of view."""
 
@@ -133,10 +138,10 @@ def register(mi: Any, dr: Any) -> None:
             super().__init__(properties)
             self.weight, self.roughness = properties["weight"], properties["roughness"]
             self.color = properties["color"]
-            self.lobe = Lobe(mi, dr)
+            self.share = SharedLight(mi, dr)
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
-            share, _, _ = self.lobe(self.roughness.eval_1(si, active), dr.abs(si.wi.z))
+            share = self.share(self.roughness.eval_1(si, active), dr.abs(si.wi.z))
             amount = dr.clip(self.weight.eval_1(si, active), 0.0, 1.0) * dr.max(self.color.eval(si, active))
             return dr.clip(1.0 - amount * share, 0.0, 1.0)
 
@@ -152,5 +157,5 @@ def register(mi: Any, dr: Any) -> None:
         def to_string(self) -> str:
             return "SheenClear[]"
 
-    mi.register_bsdf("blender_sheen", lambda properties: Sheen(properties))
+    register_closure(mi, "blender_sheen", Sheen)
     mi.register_texture("sheen_clear", lambda properties: SheenClear(properties))
