@@ -65,7 +65,7 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = int(mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
             self.color, self.roughness = inputs["color"], inputs["roughness"]
             self.ashikhmin = inputs["ashikhmin"]
-            self.tables = None if self.ashikhmin else [inputs[name] for name in ("share", "a", "b")]
+            self.tables = [] if self.ashikhmin else [inputs[name] for name in ("share", "a", "b")]
 
         def lobe(self, roughness: Any, cosine: Any) -> tuple[Any, Any, Any]:
             share, a, b = (table(roughness, cosine) for table in self.tables)
