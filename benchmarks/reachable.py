@@ -47,7 +47,7 @@ def run(options: Options) -> dict[str, Any]:
     print(f"the multipliers name the color whose release helps more in {np.mean(named):.0%} of {len(named)} cells")
     holds = {
         "5: reachable sets agree with linear programs to 1e-6": worst < 1e-6,
-        "5: a click answers within 5 ms": median < 5,
+        "5: a click answers within 5 ms (99th percentile)": p99 < 5,
         "5: multipliers name the conflict": bool(np.mean(named) > 0.75),
     }
     return {

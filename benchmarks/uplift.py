@@ -53,7 +53,7 @@ def run(options: Options) -> dict[str, Any]:
         "4: pins within 0.3": max(at_pins) <= 0.3,
         "4: far colors unmoved (mean below 0.05)": float(moved[far].mean()) < 0.05,
         "4: three times smoother than tetrahedral mixing": ratio >= 3,
-        "4: built in under 2 s": pinned.seconds < 2,
+        "4: built in under 2 s (processor time)": processor < 2,
         "4: round trip better than Jakob-Hanika": rows["lattice"]["round_trip_max"] < rows["sigmoid"]["round_trip_max"],
         "4: smoother than Jakob-Hanika": rows["lattice"]["kink"] < rows["sigmoid"]["kink"],
         "4: Jakob-Hanika stays the one way from RGB, being the faster at render time": (

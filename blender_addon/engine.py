@@ -16,6 +16,7 @@ from spectral_core.render import Progress, RenderResult
 from spectral_core.scene import Note, Scene
 
 from . import jobs
+from .translate.camera.motion import with_motion
 from .translate.frames import rigid
 from .translate.passes import pass_notes
 from .translate.scene import translate_scene
@@ -112,7 +113,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph: Any) -> RenderResult:
         """Translate once, render each view (one, but for stereo); returns the last view's result."""
         self.update_stats("", "Translating the scene")
-        scene = translate_scene(depsgraph, camera=self.camera_override)
+        scene = translate_scene(depsgraph, camera=self.camera_override, is_moving=True)
+        scene = with_motion(scene, depsgraph, self.camera_override, self._set_frame)
         scene = replace(scene, notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)))
         look = look_of(depsgraph.scene.spectral.viewport.look, depsgraph.scene)
         if not look.is_plain:
@@ -143,6 +145,10 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self._write(result.pixels, place, result.header)
         return result
 
+    def _set_frame(self, frame: int, subframe: float) -> None:
+        """Move the depsgraph of this render; the file's own frame stays."""
+        self.frame_set(frame, subframe=subframe)
+
     def _should_stop(self) -> bool:
         """Whether the user has asked to stop."""
         return bool(self.test_break())
@@ -162,7 +168,18 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         eye = self.camera_override or depsgraph.scene_eval.camera
         matrix = np.asarray(self.camera_model_matrix(eye), dtype=np.float64).reshape(4, 4)
         shift = (self.camera_shift_x(eye), scene.camera.shift[1])
-        return replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
+        seen = replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
+        if not scene.moments:
+            return seen
+        # both eyes move as the camera between them does
+        eye_from_middle = np.linalg.inv(scene.camera.world_from_camera) @ rigid(matrix)
+        moments = [
+            replace(
+                m, camera=replace(m.camera, world_from_camera=m.camera.world_from_camera @ eye_from_middle, shift=shift)
+            )
+            for m in scene.moments
+        ]
+        return replace(seen, moments=tuple(moments))
 
     def _write(self, pixels: NDArray[np.float32], place: _Place, header: dict[str, str] | None = None) -> None:
         """Show the picture so far, in Blender's scene-linear space, alpha associated.

@@ -71,10 +71,15 @@ class CellReach:
         self.grid = grid
         self.matrix = _rgb_rows(light, grid, scale)
         self._held = (
-            np.concatenate([_rgb_rows(other, grid, scale) for other, _ in exact]) if exact else np.empty((0, grid.size))
+            np.concatenate([_rgb_rows(other, grid, scale) for other, _ in exact]) if exact else np.zeros((0, grid.size))
         )
         colors = [frozen_array("exact color", color, (3,)) for _, color in exact]
         self._colors = np.concatenate(colors) if colors else np.empty(0)
+        # Reflectances lie in [0, 1], and the exact colors are equalities (5 in DAQP's words).
+        knots = grid.size
+        self._upper = np.concatenate([np.ones(knots), self._colors])
+        self._lower = np.concatenate([np.zeros(knots), self._colors])
+        self._sense = np.concatenate([np.zeros(knots), np.full(self._colors.size, 5)]).astype(np.int32)
         if exact and self._extreme(np.zeros(3)) is None:
             raise InvalidInputError(
                 f"no reflectance between 0 and 1 has the {len(exact)} exact colors together; relax one of them"
@@ -107,25 +112,30 @@ class CellReach:
         reflectance, _ = self._projected(np.eye(3), target)
         color = self.matrix @ reflectance
         pull = np.zeros(len(self._colors) // 3)
-        if np.abs(color - target).max() > EXACT:
+        reachable = bool(np.abs(color - target).max() <= EXACT)
+        target_lab = lab_from_linear_rgb(target)
+        lab = lab_from_linear_rgb(color)
+        if not reachable:
             multipliers = np.zeros(len(self._colors))
             least = np.inf
-            here = color
+            here, lab_here = color, lab
             # CIELAB is linearized at the answer so far. A full step may pass the minimum, so the best is kept.
             for _ in range(LAB_STEPS):
                 metric = lab_jacobian_from_linear_rgb(here)
-                shifted = here + np.linalg.solve(metric, lab_from_linear_rgb(target) - lab_from_linear_rgb(here))
-                trial, forces = self._projected(metric, shifted)
-                here = self.matrix @ trial
-                distance = float(np.linalg.norm(lab_from_linear_rgb(here) - lab_from_linear_rgb(target)))
+                trial, forces = self._projected(metric, here + np.linalg.solve(metric, target_lab - lab_here))
+                before, here = here, self.matrix @ trial
+                lab_here = lab_from_linear_rgb(here)
+                distance = float(np.linalg.norm(lab_here - target_lab))
                 if distance < least:
-                    least, reflectance, multipliers, color = distance, trial, forces, here
+                    least, reflectance, multipliers, color, lab = distance, trial, forces, here, lab_here
+                if np.abs(here - before).max() < EXACT:
+                    break
             held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(pull) else np.empty((0, 3, 3))
             # A multiplier is per unit of linear RGB; one ΔE is what the color's own Jacobian says it is.
             per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=True)]
             pull = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
-        error = float(delta_e_2000(lab_from_linear_rgb(color), lab_from_linear_rgb(target)))
-        return NearestColor(color, bool(np.abs(color - target).max() <= EXACT), error, reflectance, pull)
+            reachable = bool(np.abs(color - target).max() <= EXACT)
+        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, pull)
 
     def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
         """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors."""
@@ -136,12 +146,8 @@ class CellReach:
         # The ridge makes the program strictly convex; it moves a color by less than EXACT.
         hessian = rows.T @ rows + _RIDGE * size * np.eye(self.grid.size)
         linear = -rows.T @ (metric @ target)
-        count = len(self._colors)
-        upper = np.concatenate([np.ones(self.grid.size), self._colors])
-        lower = np.concatenate([np.zeros(self.grid.size), self._colors])
-        sense = np.concatenate([np.zeros(self.grid.size), np.full(count, 5)]).astype(np.int32)
-        held = self._held if count else np.zeros((0, self.grid.size))
-        found, _, status, info = daqp.solve(hessian, linear, np.ascontiguousarray(held), upper, lower, sense)
+        # The solver writes into the senses, so it gets its own.
+        found, _, status, info = daqp.solve(hessian, linear, self._held, self._upper, self._lower, self._sense.copy())
         if status not in (1, 2):
             raise SolveError(f"the nearest reachable color was not found (status {status}); loosen the exact colors")
         multipliers = np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]

@@ -17,6 +17,7 @@ from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
 from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name, require_denoiser
 from spectral_core.render.job import Measure, RenderJob
+from spectral_core.render.moving import render_moving
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Note, Scene
@@ -102,7 +103,27 @@ def render_scene(
     are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where
     Mitsuba fails, MissingDependencyError where the scene asks for a denoiser and there is none.
     """
+    if scene.moments:
+
+        def instant(
+            still: Scene, show: Callable[[Progress], None], stop: Callable[[], bool] | None, plan: EffectPlan | None
+        ) -> RenderResult:
+            return _render_instant(still, show, stop, Measure(bands, groups, sampling_lights), plan)
+
+        return render_moving(scene, instant, on_progress, should_stop)
+    return _render_instant(scene, on_progress, should_stop, Measure(bands, groups, sampling_lights))
+
+
+def _render_instant(
+    scene: Scene,
+    on_progress: Callable[[Progress], None] | None,
+    should_stop: Callable[[], bool] | None,
+    measure: Measure,
+    plan: EffectPlan | None = None,
+) -> RenderResult:
+    """Render a scene that stands still; ``plan``: decisions that were made before."""
     start = time.perf_counter()
+    bands, groups, sampling_lights = measure.bands, measure.groups, measure.sampling_lights
     if scene.settings.denoise:
         require_denoiser()  # now, and not after an hour
     if bands is not None:
@@ -112,8 +133,9 @@ def render_scene(
     asked = is_asked(scene.settings)
     if asked and (groups or sampling_lights is not None):
         raise InvalidInputError("a recording traces equal samples everywhere; give it samples, no error or time")
-    plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
-    job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
+    if plan is None:
+        plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
+    job = RenderJob(scene, plan, measure)
     if asked:
         return _finished(_asked(job, scene, start, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"

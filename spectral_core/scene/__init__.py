@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One scene, described once as plain frozen data: Blender fills it, a script may, a sweep sends it elsewhere."""
 
-from spectral_core.scene.camera import Camera, Film
+from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.leaves import (
@@ -23,6 +23,7 @@ from spectral_core.scene.lights import (
     SunLight,
     World,
 )
+from spectral_core.scene.motion import Moment
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
@@ -53,6 +54,7 @@ __all__ = [
     "LARGEST",
     "UNLIMITED_PATHS",
     "AddSurface",
+    "Aperture",
     "AreaLight",
     "Camera",
     "Color",
@@ -73,8 +75,10 @@ __all__ = [
     "Metal",
     "MixSurface",
     "MixedPaint",
+    "Moment",
     "Note",
     "Paint",
+    "Panorama",
     "Photometry",
     "PointLight",
     "Principled",

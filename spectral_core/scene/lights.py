@@ -19,6 +19,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
 from spectral_core.scene.paint import Color, ImageTexture, Paint, gray
 from spectral_core.scene.rays import Rays
+from spectral_core.scene.surface import ScatteringMedium
 
 LARGEST = 1e30
 """Largest power or size: what is beyond overflows in the renderer's 32-bit arithmetic."""
@@ -156,7 +157,8 @@ class World:
     An ImageTexture is an equirectangular environment, oriented as
     Blender's Environment Texture node does without a mapping (+Z up), then turned by ``world_from_environment`` (4, 4).
     ``hidden_from``: kinds of rays that it does not shine along. ``camera_view``: what the camera sees in its place,
-    where that differs from what lights the scene (its own ``camera_view`` counts for nothing).
+    where that differs from what lights the scene (its own ``camera_view`` counts for nothing). ``medium``: what fills
+    all space that no object fills.
     """
 
     color: Paint = field(default_factory=lambda: Color(np.zeros(3)))
@@ -166,6 +168,7 @@ class World:
     hidden_from: Rays = Rays.NONE
     max_bounces: int = 1024
     camera_view: World | None = None
+    medium: ScatteringMedium | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_environment", affine("world", self.world_from_environment))

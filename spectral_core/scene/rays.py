@@ -29,8 +29,9 @@ UNLIMITED = 1 << 20
 class LightPaths:
     """Where paths end beside the plan's own count, as Cycles' settings of the same names say.
 
-    ``diffuse``, ``glossy``, ``transmission``: bounces of that kind. ``transparent``: surfaces that a ray passes.
-    ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; what is above is lost.
+    ``diffuse``, ``glossy``, ``transmission``, ``volume``: bounces of that kind. ``transparent``: surfaces that a
+    ray passes. ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; what is above
+    is lost.
     ``reflective_caustics``, ``refractive_caustics``: whether what was scattered diffusely meets mirrors and glass.
     """
 
@@ -38,13 +39,14 @@ class LightPaths:
     glossy: int = UNLIMITED
     transmission: int = UNLIMITED
     transparent: int = UNLIMITED
+    volume: int = UNLIMITED
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     reflective_caustics: bool = True
     refractive_caustics: bool = True
 
     def __post_init__(self) -> None:
-        for name in ("diffuse", "glossy", "transmission", "transparent"):
+        for name in ("diffuse", "glossy", "transmission", "transparent", "volume"):
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
         for name in ("clamp_direct", "clamp_indirect"):
             require_range(name, getattr(self, name), 0.0, 1e30)

@@ -14,6 +14,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
+from spectral_core.scene.motion import Moment, merged
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths
 from spectral_core.scene.surface import Material
 from spectral_core.spectra.spectrum import Spectrum
@@ -55,7 +56,8 @@ class RenderSettings:
 class Scene:
     """Everything that a picture depends on.
 
-    Names are unique per kind; instances refer to meshes and materials by name.
+    Names are unique per kind; instances refer to meshes and materials by name. ``moments``: equal shares of the time
+    that the shutter is open; empty where it opens for an instant.
     """
 
     camera: Camera
@@ -68,6 +70,12 @@ class Scene:
     volumes: tuple[VolumeObject, ...] = ()
     settings: RenderSettings = field(default_factory=RenderSettings)
     notes: tuple[Note, ...] = ()
+    moments: tuple[Moment, ...] = ()
+
+    def at(self, moment: Moment) -> Scene:
+        """The scene as it stands at one of its moments."""
+        instances, meshes = merged(self.instances, moment.instances), merged(self.meshes, moment.meshes)
+        return dataclasses.replace(self, camera=moment.camera, instances=instances, meshes=meshes, moments=())
 
     def __post_init__(self) -> None:
         for kind in ("meshes", "materials", "lights", "volumes"):

@@ -202,7 +202,8 @@ class ScatteringMedium(_Numbers):
 
     ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
     ``color``: single-scattering albedo; ``anisotropy``: Henyey-Greenstein g; ``emission_color · emission_strength``:
-    radiance emitted per unit length.
+    radiance emitted per unit length. ``lobes``: in place of ``anisotropy``, weight, g and α of phase functions by
+    Draine that add up (α 0 is Henyey and Greenstein's).
     """
 
     density: float = 1.0
@@ -211,11 +212,17 @@ class ScatteringMedium(_Numbers):
     anisotropy: float = 0.0
     emission_color: Paint = field(default_factory=lambda: gray(1.0))
     emission_strength: float = 0.0
+    lobes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         _Numbers.__post_init__(self)  # slots make another class of this one, which super() would not know
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
+        require_range("ScatteringMedium emission strength", self.emission_strength, 0.0, LARGEST)
+        for weight, g, alpha in self.lobes:
+            require_range("weight of a phase function", weight, 0.0, 1e6)
+            require_range("g of a phase function", g, -1.0, 1.0)
+            require_range("α of a phase function", alpha, 0.0, 1e6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

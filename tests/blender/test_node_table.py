@@ -19,7 +19,7 @@ def _state(kind: str) -> str:
     from blender_addon.translate.shading import media, surfaces
     from blender_addon.translate.shading.reader import EVALUATORS
 
-    if kind in ELSEWHERE or kind in media.MEDIA:
+    if kind in ELSEWHERE or kind in media.FILLS:
         return "Read"
     if kind in EVALUATORS:
         return "Stand-in" if EVALUATORS[kind].__name__ in ("_not_read", "_pattern") else "Read"

@@ -87,6 +87,7 @@ def test_solved_palettes_are_optimal_for_clarabel(seed: int) -> None:
 
 
 def test_a_table_in_which_nothing_is_asked_for_is_solved() -> None:
-    light = PaletteLight(normalized(illuminant("D65")), free=True)
-    problem = PaletteProblem(SpectralGrid.uniform(), [light], [PaletteReflectance("any")], [[Cell.free()]])
+    grid = SpectralGrid(np.linspace(400, 700, 31))
+    light = PaletteLight(normalized(illuminant("D65")).resampled(grid), free=True)
+    problem = PaletteProblem(grid, [light], [PaletteReflectance("any")], [[Cell.free()]])
     assert solve_palette(problem).status.trusted

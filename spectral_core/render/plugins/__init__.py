@@ -17,10 +17,10 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins.closures import bent, bsdfs, glass, matt, rough, subsurface
+    from spectral_core.render.plugins.closures import bent, glass, matt, rough, sharp, subsurface
     from spectral_core.render.plugins.lamps import emitters, environment
     from spectral_core.render.plugins.paints import spectral_image, textures
 
-    for module in (textures, spectral_image, emitters, environment, bsdfs, matt, rough, glass, bent, subsurface):
+    for module in (textures, spectral_image, emitters, environment, sharp, matt, rough, glass, bent, subsurface):
         module.register(mitsuba, drjit)
     _registered.add(variant)

@@ -35,3 +35,12 @@ def table(kind: Any, values: Any) -> Any:
     given = np.asarray(values)
     wanted = np.float32 if np.issubdtype(given.dtype, np.floating) else np.uint32
     return kind(aligned(given.astype(wanted)))
+
+
+def channel_mean(dr: Any, value: Any) -> Any:
+    """Mean over the channels of a color or spectrum.
+
+    ``dr.mean`` divides by the number of all entries, lanes included: outside of calls the size of the picture would
+    be written into the kernel.
+    """
+    return dr.sum(value) * (1.0 / len(value))

@@ -14,10 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.trace.camera_rays import camera_frame, rays
+from spectral_core.render.lens.aperture import lens_point
+from spectral_core.render.lens.camera_rays import camera_frame, rays
+from spectral_core.render.lens.panorama import DrJitMath
+from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
-from spectral_core.render.trace.pixel_filter import OFFSET_TABLE_SIZE, filter_offsets
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -171,6 +174,7 @@ class Accumulator:
     def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
         """Radiance along a camera ray, how much of the pixel it covers, and whether it was a finite number."""
         mi, dr = self._mi, self._dr
+        looks = ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
         if first_hit.transparent:
@@ -178,13 +182,16 @@ class Accumulator:
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())
         seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
-        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, first_hit.medium, seen)
+        radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
         if has_volumes:
             passed, behind = passed * extra[0], behind * extra[0]
         finite = dr.all(dr.isfinite(radiance)) | ~seen
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
-        return radiance - dr.select(seen, behind, 0.0), 1.0 - dr.mean(passed), finite
+        radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
+        if self.frame.camera.panorama is not None:  # outside a fisheye's circle there is nothing
+            radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
+        return radiance, covered, finite
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
@@ -192,8 +199,9 @@ class Accumulator:
         place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
         offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
         picture = (corner + 0.5 + offset) / mi.Vector2f(self._number(self.film.width), self._number(self.film.height))
-        lens = mi.warp.square_to_uniform_disk_concentric(aperture)
-        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f, self._number)
+        math = DrJitMath(dr)
+        lens = lens_point(mi, self.frame.camera.aperture, aperture, math, self._number)
+        origin, direction, length = rays(self.frame, picture, lens, mi.Vector3f, self._number, math)
         ray = dr.zeros(mi.RayDifferential3f)
         ray.o, ray.d, ray.maxt = mi.Point3f(origin), direction, length
         ray.has_differentials = False

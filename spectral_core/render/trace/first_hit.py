@@ -29,8 +29,6 @@ class FirstHit:
     scene: Any
     hidden: tuple[Any, ...]
     transparent: bool
-    medium: Any | None = None
-    """What the camera stands in."""
     background: Any | None = None
     """The emitter that the camera sees behind everything, None for black."""
     rules: Tables | None = None
@@ -70,31 +68,45 @@ class FirstHit:
 
         mi = self.mitsuba
         bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
+        fills = None if self.rules is None else self.rules.media
 
-        def body(origin: Any, length: Any, passed: Any, hole: Any, layers: Any, walking: Any) -> Any:
+        def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
             si = self.scene.ray_intersect(probe, walking)
             si.dn_dv = camera_marks(mi)
             met = walking & si.is_valid()
             unseen, is_hole = self._rules_of(si, met)
-            clear = si.bsdf().eval_null_transmission(si, met & ~unseen)
+            clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
+            if self.rules is not None and fills is not None:
+                way = dr.select(si.is_valid(), si.t, dr.inf)
+                passed = dr.select(walking, passed * fills.clear(fog[0], way, ray.wavelengths, walking), passed)
+                fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)
             # a walk that is cut off here has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
-            return origin, dr.select(onward, length - si.t, length), passed, hole, layers + 1, onward
+            return origin, dr.select(onward, length - si.t, length), passed, hole, fog, layers + 1, onward
 
-        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Spectrum(1.0), mi.Spectrum(0.0), mi.UInt32(0), mi.Bool(True))
-        _, _, passed, hole, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _n, walking: walking, body)
+        fog = mi.UInt32(0), mi.UInt32(0)
+        if fills is not None:
+            fog = mi.UInt32(fills.camera), mi.UInt32(fills.around)
+        clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
+        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, mi.UInt32(0), mi.Bool(True))
+        _, _, passed, hole, _, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)
         environment = self.background
         if environment is None:
             return passed + hole, mi.Spectrum(0.0)
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
         return passed + hole, passed * environment.eval(miss)
+
+    def surface(self, si: Any) -> Any:
+        """What the surface at a hit does with light."""
+        assert self.rules is not None, "scenes that are not ours have no surfaces of ours"
+        return self.rules.surface(si)
 
     def _rules_of(self, si: Any, met: Any) -> tuple[Any, Any]:
         """Whether the camera passes a hit as if it were not there, and whether it is a holdout."""

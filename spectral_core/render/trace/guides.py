@@ -79,7 +79,7 @@ class GuidePass(Accumulator):
             met = walking & si.is_valid()
             unseen, hole = first_hit._rules_of(si, met)
             seen = met & ~unseen & ~hole
-            bs, weight = si.bsdf().sample(mi.BSDFContext(), si, pick, direction, seen)
+            bs, weight = first_hit.surface(si).sample(mi.BSDFContext(), si, pick, direction, seen)
             straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
             shown = seen & ~straight
             share = mi.Color3f(weight[0], weight[1], weight[2])

@@ -8,15 +8,19 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Camera, Film
+from spectral_core.scene import Aperture, Camera, Film
 
-from .context import Translation
-from .frames import rigid
-from .ledger import note_changed
-from .visibility import cycles_settings
+from ..context import Translation
+from ..frames import rigid
+from ..ledger import note_changed
+from ..visibility import cycles_settings
+from .panorama import MIDDLE_VIEW_RAD, panorama_of
 
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
 MILLIMETRE = 1e-3
+SPOT_RAD = np.pi / 4
+"""What Blender takes for the cone of a lamp that is no spot."""
+SPOT_RAD_OF_50_MM = 2 * np.arctan(16 / 50)
 
 
 def translate_camera(translation: Translation, camera: Any) -> Camera:
@@ -27,32 +31,34 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         )
     matrix = np.asarray(camera.matrix_world, dtype=np.float64)
     if camera.type != "CAMERA":
-        translation.note(
-            camera.name, f"this {camera.type.lower()} is the scene's camera; it looks with a lens of 50 mm"
-        )
-        return Camera(world_from_camera=rigid(matrix), field_of_view_rad=2 * np.arctan(36 / 100))
+        # Cycles looks through a lamp as wide as its spot is, through anything else with a lens of 50 mm
+        angle = getattr(camera.data, "spot_size", SPOT_RAD) if camera.type == "LIGHT" else SPOT_RAD_OF_50_MM
+        view = 2 * np.arctan(18 / 16 * np.tan(angle / 2))
+        return Camera(world_from_camera=rigid(matrix), field_of_view_rad=view, near=1e-5, far=1e5)
     lens = camera.data
     for item in (lens, lens.dof):
         note_changed(translation, camera.name, item)
-    if lens.type not in ("PERSP", "ORTHO"):
-        kind = {"PANO": "panoramic", "CUSTOM": "custom"}.get(lens.type, lens.type.lower())
-        translation.note(camera.name, f"a {kind} camera is shown as a perspective one")
+    if lens.type not in ("PERSP", "ORTHO", "PANO"):
+        translation.note(camera.name, f"a {lens.type.lower()} camera is shown as a perspective one")
     orthographic = lens.type == "ORTHO"
+    shown = panorama_of(lens, translation.scene.render) if lens.type == "PANO" else None
     placed = rigid(matrix)
     if np.linalg.det(matrix[:3, :3]) < 0:
         placed[:3, 1] *= -1  # a mirrored camera gives a mirrored picture, as in Cycles
     near = max(lens.clip_start, 1e-6)
     return Camera(
         world_from_camera=placed,
-        kind="orthographic" if orthographic else "perspective",
-        field_of_view_rad=float(np.clip(lens.angle, 1e-3, np.pi - 1e-3)),
+        kind="panoramic" if shown is not None else ("orthographic" if orthographic else "perspective"),
+        field_of_view_rad=MIDDLE_VIEW_RAD if shown is not None else float(np.clip(lens.angle, 1e-3, np.pi - 1e-3)),
         orthographic_scale=lens.ortho_scale,
         sensor_fit=FITS[lens.sensor_fit],  # type: ignore[arg-type]
         shift=(lens.shift_x, lens.shift_y),
-        aperture_radius=_aperture(translation, camera, orthographic),
+        aperture_radius=_lens_radius(lens) if lens.dof.use_dof else 0.0,
         focus_distance=max(_focus_distance(lens, matrix), near),
         near=near,
         far=max(lens.clip_end, near * 2),
+        aperture=_aperture(lens.dof),
+        panorama=shown,
     )
 
 
@@ -63,17 +69,15 @@ def lens_of(camera: Any) -> tuple[float, float]:
     return radius, max(_focus_distance(lens, matrix), 1e-6)
 
 
-def _aperture(translation: Translation, camera: Any, orthographic: bool) -> float:
-    """Radius of the lens in scene units, as Cycles takes it: a lens in millimetres, an orthographic one of length 1."""
-    dof = camera.data.dof
+def _aperture(dof: Any) -> Aperture:
+    """Shape of the lens opening where the camera has depth of field."""
     if not dof.use_dof:
-        return 0.0
-    if dof.aperture_blades or dof.aperture_ratio != 1:
-        translation.note(camera.name, "the shape of its aperture is shown as a circle")
-    return _lens_radius(camera.data)
+        return Aperture()
+    return Aperture(int(dof.aperture_blades), float(dof.aperture_rotation), float(dof.aperture_ratio))
 
 
 def _lens_radius(lens: Any) -> float:
+    """Radius in scene units, as Cycles takes it: a lens in millimetres, an orthographic one of length 1."""
     length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
     return float(length / (2 * max(lens.dof.aperture_fstop, 1e-5)))
 
