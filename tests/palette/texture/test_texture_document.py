@@ -100,6 +100,8 @@ def test_a_picture_written_in_bands_is_the_picture_written_at_once(tmp_path, mon
 
 def test_costs_of_realism_and_whites_of_other_observers() -> None:
     assert realism_cost(0, 20).contrast > realism_cost(0.15, 20).contrast > realism_cost(0.4, 20).contrast > 1
+    # At an entry of the table the slider says what was measured there, in the same unit.
+    assert realism_cost(0, 20).contrast == pytest.approx(19.89)
     assert realism_cost(0, 10).contrast > realism_cost(0, 45).contrast
     plain = white_differences([illuminant("D65")])
     assert max(each.to_daylight for each in plain) < 1e-6
