@@ -53,7 +53,13 @@ def run(options: Options) -> dict[str, Any]:
     print(f"{width}×{height}, {len(times)} drags, {relit} re-lit: median {median:.1f} ms, 99th {high:.1f} ms")
     print(f"of processor time {np.median(worked):.1f} ms; of the median the solver {np.median(solves):.1f} ms")
     holds = {f"a dragged color is solved and re-lit in {LIMIT_MS:g} ms": median <= LIMIT_MS and relit == len(times)}
-    return {"median_ms": median, "p99_ms": high, "processor_ms": float(np.median(worked)), "relit": relit, "holds": holds}
+    return {
+        "median_ms": median,
+        "p99_ms": high,
+        "processor_ms": float(np.median(worked)),
+        "relit": relit,
+        "holds": holds,
+    }
 
 
 def room(width: int, height: int) -> Any:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A wanted color that is dragged reaches the picture: a designed light by re-lighting, a reflectance by a new render."""
+"""A wanted color that is dragged reaches the picture: a light by re-lighting, a reflectance by a new render."""
 
 from __future__ import annotations
 
