@@ -15,7 +15,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from spectral_core.cli._texture import make_texture
+from spectral_core.cli.shared.texture import make_texture
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:

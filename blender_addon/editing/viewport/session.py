@@ -22,6 +22,7 @@ from spectral_core.scene.look import Look
 from ... import jobs
 from ...compat import working_space
 from ...properties.hooks import Topic, ignore, listen
+from ...translate.camera import filter_width_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Kept
 from ...translate.viewport.look import look_of
@@ -149,7 +150,7 @@ class ViewSession:
 
         film = Film(
             960, 540, samples=1, seed=source.spectral.render.seed, transparent=source.render.film_transparent,
-            filter_width=min(max(float(source.render.filter_size), 0.01), 10.0),
+            filter_width=filter_width_of(source.render),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # what a view looks through is asked for with each picture
         return translate_scene(depsgraph, film=film, seen_from=camera, shows=shows, kept=kept)

@@ -104,9 +104,14 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         crop=border_in_pixels(render, width, height),
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         transparent=render.film_transparent,
-        filter_width=float(np.clip(render.filter_size, 0.01, 10.0)),
+        filter_width=filter_width_of(render),
         exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )
+
+
+def filter_width_of(render: Any) -> float:
+    """Full width of the Blackman-Harris filter, in pixels: twice Blender's Filter Size, in EEVEE as in Cycles."""
+    return 2.0 * float(np.clip(render.filter_size, 0.01, 10.0))
 
 
 def border_in_pixels(render: Any, width: int, height: int) -> tuple[int, int, int, int] | None:

@@ -130,7 +130,7 @@ def _thumbnails(table: PageTable, files: Sequence[str]) -> dict[str, Any] | None
     """Sprite sheets of small pictures, WebP in data addresses; None where there is nothing to show them from."""
     if table.folder is None or not any(files) or len(files) > MOST_THUMBNAILS:
         return None
-    from spectral_core.explore.features.png import encode, read_display
+    from spectral_core.explore.features.picture_files import encode, read_display
 
     sheets = []
     for start in range(0, len(files), PER_SHEET):

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from spectral_core.explore.features.png import display_png, exr_bytes, has_exr
 from spectral_core.explore.sweep.files import file_lock, json_text, require_file_name, write_whole
 from spectral_core.explore.sweep.outcome import Outcome, plain_values
 from spectral_core.explore.sweep.parameters import Value
+from spectral_core.spectra.pictures import display_png, exr_bytes, has_exr
 
 MAX_WARM = 8
 """Nodes that a process keeps with what they have loaded; the oldest is let go."""

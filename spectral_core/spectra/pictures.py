@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Linear pictures to files without Blender: PNG for eyes, EXR and NumPy for numbers."""
+"""Linear pictures as files, without Blender: 8-bit PNG for eyes, EXR (32-bit floats) and NumPy for numbers."""
 
 from __future__ import annotations
 
 import struct
+import tempfile
 import zlib
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +39,8 @@ def write_picture(path: Path, linear_rgb: NDArray[Any]) -> None:
         with whole_file(path) as unfinished:
             np.save(unfinished, linear_rgb)
     elif path.suffix.lower() == ".exr":
-        _write_exr(path, linear_rgb)
+        with _exr(linear_rgb) as file:
+            write_exr(path, file)
     else:
         write_bytes(path, png_bytes(_display_bytes(linear_rgb)))
 
@@ -82,9 +85,29 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-def _write_exr(path: Path, linear_rgb: NDArray[Any]) -> None:
+def display_png(linear_rgb: NDArray[Any]) -> bytes:
+    """PNG of linear sRGB (height, width, 3 or more), row 0 on top, display encoded; (height, width) is gray."""
+    given = np.asarray(linear_rgb)
+    color = np.repeat(given[..., None], 3, axis=2) if given.ndim == 2 else given[..., :3]
+    if color.ndim != 3 or color.shape[2] != 3 or not color.size:
+        raise InvalidInputError(f"a picture has shape {given.shape}; expected (height, width, 3)")
+    return png_bytes(_display_bytes(np.nan_to_num(color)))
+
+
+def exr_bytes(linear_rgb: NDArray[Any]) -> bytes:
+    """EXR of linear sRGB (height, width, 3 or more), 32-bit floats. Raises MissingDependencyError without OpenEXR."""
+    with tempfile.TemporaryDirectory() as folder, _exr(linear_rgb) as file:
+        path = Path(folder) / "picture.exr"
+        file.write(str(path))
+        return path.read_bytes()
+
+
+def _exr(linear_rgb: NDArray[Any]) -> Any:
     module = openexr()
-    channels = {"RGB": np.ascontiguousarray(linear_rgb, dtype=np.float32)}
-    header = {"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}
-    with module.File(header, channels) as file:
-        write_exr(path, file)
+    channels = {"RGB": np.ascontiguousarray(linear_rgb[..., :3], dtype=np.float32)}
+    return module.File({"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}, channels)
+
+
+def has_exr() -> bool:
+    """Whether pictures can be stored as EXR."""
+    return find_spec("OpenEXR") is not None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What bold steps save and miss: turns per ray, and the careful picture held against the bold one, in dB.
+"""What speculative steps save and miss: iterations per ray, and the SNR to the careful picture, in dB.
 
 Narrow functions, pre-integrated, with steps fine enough that the two differ by little else. Arguments: volume names.
 """
@@ -25,13 +25,16 @@ def run(options: Options) -> dict[str, Any]:
         renderer, transfer = VolumeRenderer(volume), preset("narrow", volume)
         view = View.around(volume, 33.0, 21.0, width=size, height=size)
         way = Stepping("error", "preintegrated", 0.01)
-        careful, bold = (
+        careful, speculative = (
             renderer.render(view, transfer, way, counts=True, limits=limits)
-            for limits in (Limits(boldest=1.0), Limits())
+            for limits in (Limits(most_stretch=1.0), Limits())
         )
         truth = colors_of(careful, transfer)
-        difference = snr_db(truth, colors_of(bold, transfer) - truth)
-        share = (bold.steps or 0) / max(careful.steps or 1, 1)
-        print(f"{volume.name:15} bold march takes {share:.2f} of the turns, differs by {difference:.1f} dB", flush=True)
-        figures |= {f"{volume.name}_turns": share, f"{volume.name}_db": difference}
+        difference = snr_db(truth, colors_of(speculative, transfer) - truth)
+        share = (speculative.steps or 0) / max(careful.steps or 1, 1)
+        print(
+            f"{volume.name:15} speculative: {share:.2f} of the iterations, {difference:.1f} dB",
+            flush=True,
+        )
+        figures |= {f"{volume.name}_iterations": share, f"{volume.name}_db": difference}
     return figures

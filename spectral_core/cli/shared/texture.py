@@ -120,10 +120,10 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
 def _write(
     folder: Path, outcome: TextureOutcome, figures: dict[str, Any], progress: Callable[[float, str], None]
 ) -> list[str]:
-    from spectral_core.cli._pictures import write_png_rows
     from spectral_core.files.whole import write_text
     from spectral_core.palette.texture.file import write_texture
     from spectral_core.spectra.files import write_spectra
+    from spectral_core.spectra.pictures import write_png_rows
 
     design = outcome.design
     texture = design.texture
