@@ -216,6 +216,8 @@ class Accumulator:
         comb = [0.25 * (spectral + k) for k in range(4)] if self._plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
         for k in range(4):
+            # One number chooses the cell, and what is left of it the place within: the stratification reaches into
+            # cells.
             cell, rest = self._draw.sample_reuse(comb[k])
             cells.append(cell)
             within.append(rest)
@@ -260,6 +262,7 @@ class Accumulator:
                     within,
                 )
                 if self._band_bulge is not None:
+                    # A parabola over the chord: 0 at both ends, greatest in the middle.
                     weight += dr.gather(mi.Float, self._band_bulge[slot], cell) * within * (1.0 - within)
                 target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
                 dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)
