@@ -80,7 +80,7 @@ class FirstHit:
         def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
-            si = self.scene.ray_intersect(probe, walking)
+            si = self.intersect(probe, walking)
             si.dn_dv = camera_marks(mi)
             met = walking & si.is_valid()
             unseen, is_hole = self._rules_of(si, met)
@@ -115,6 +115,11 @@ class FirstHit:
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
         return passed + hole, passed * environment.eval(miss)
+
+    def intersect(self, ray: Any, active: Any) -> Any:
+        """The nearest hit of a ray."""
+        assert self.rules is not None, "scenes that are not ours have no tables of ours"
+        return self.rules.intersect(self.scene, ray, active)
 
     def surface(self, si: Any) -> Any:
         """What the surface at a hit does with light."""

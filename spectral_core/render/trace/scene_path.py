@@ -88,7 +88,7 @@ def scene_path_class(variant: str) -> Any:
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: what it brings, what is sampled there, and how the path goes on."""
-            si = scene.ray_intersect(path.ray, mi.RayFlags.All, path.depth == 0, path.active)
+            si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
