@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderCancelled, SpectralError
 from spectral_core.render import Progress, RenderResult
-from spectral_core.scene import Note, Scene
+from spectral_core.scene import Note, Scene, has_holes
 
 from . import jobs
 from .translate.camera.motion import with_motion
@@ -139,9 +139,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             if self._should_stop():
                 raise RenderCancelled("stopped before the first sample")
             self.update_stats("", "Starting the renderer")
-            place = _Place(
-                depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), scene.film.transparent
-            )
+            place = _Place(depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), has_holes(scene))
             result = self._render_view(self._seen_from(scene, depsgraph, view), place, wanted.options)
             if result.status == "cancelled":
                 break

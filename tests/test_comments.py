@@ -10,7 +10,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-NUMERICS = ("spectral_core/palette/qp", "spectral_core/volume/march", "spectral_core/lattice/fill")
+NUMERICS = (
+    "spectral_core/palette/qp",
+    "spectral_core/volume/march",
+    "spectral_core/render/trace",
+    "spectral_core/lattice/fill",
+)
 CODE_PER_COMMENT = 15
 BETWEEN = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.NL)
 

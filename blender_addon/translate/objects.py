@@ -167,9 +167,8 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     if instance.is_instance:
         found.instances.append(make())
         return
-    transparent = found.translation.scene.render.film_transparent
     names = tuple(item.material.name for item in materials)
-    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, transparent, mesh)
+    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, mesh)
     makers = frozenset((original.session_uid, original.data.session_uid))
     key = ("instance", original.session_uid)
     found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
@@ -187,8 +186,6 @@ def _instance(
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
     if obj.is_shadow_catcher:
         found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
-    if fields["is_holdout"] and not found.translation.scene.render.film_transparent:
-        found.translation.note(obj.name, "it is a holdout: black, and a hole only where the film is transparent")
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from spectral_core.scene.paint import ImageTexture, MixedPaint, Scalar, SpectralImage
 from spectral_core.scene.shading.program import Computed, Program
-from spectral_core.scene.surface import AddSurface, Closure, MixSurface, Surface
+from spectral_core.scene.surface import AddSurface, Closure, Holdout, MixSurface, Surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,13 @@ def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Itera
             stack += [(amount, item.second), (amount, item.first)]
         else:
             yield amount, item
+
+
+def has_holes(scene: Any) -> bool:
+    """Whether a picture of a ``Scene`` may show nothing in places: a transparent film, or holdouts."""
+    if scene.film.transparent or any(instance.is_holdout for instance in scene.instances):
+        return True
+    return any(isinstance(leaf, Holdout) for material in scene.materials for leaf in leaves(material.surface))
 
 
 def leaves(surface: Surface | None) -> Iterator[Closure]:

@@ -8,6 +8,7 @@ becomes its color, a reflectance under D65.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -162,10 +163,19 @@ def _listed(numbers: Array) -> str:
     return ",".join(f"{number:.9g}" for number in numbers)
 
 
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A texture that is already there, where a number or an image is expected."""
+
+    texture: Any
+
+
 def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
     """A number as float, or one per place as texture; ``power`` is applied to either."""
     if isinstance(value, Computed):
         return context.computed(value.program)
+    if isinstance(value, Made):
+        return value.texture
     if not isinstance(value, ImageTexture):
         return float(value) ** power
     amounts = color_pixels(value)

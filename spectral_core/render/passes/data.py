@@ -121,7 +121,7 @@ class DataPasses(Accumulator):
         def body(origin: Any, length: Any, clear: Any, done: Any, layers: Any, walking: Any, *slots: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
-            si = first_hit.scene.ray_intersect(probe, walking)
+            si = first_hit.intersect(probe, walking)
             si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
             met = walking & si.is_valid()
             unseen, hole = first_hit._rules_of(si, met)

@@ -189,7 +189,7 @@ class Accumulator:
         looks = ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
-        if first_hit.transparent:
+        if first_hit.looks_through:
             passed, behind = first_hit.straight_through(ray)
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())
@@ -228,6 +228,8 @@ class Accumulator:
         comb = [0.25 * (spectral + k) for k in range(4)] if self.plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
         for k in range(4):
+            # One number chooses the cell, and what is left of it the place within: the stratification reaches into
+            # cells.
             cell, rest = self._draw.sample_reuse(comb[k])
             cells.append(cell)
             within.append(rest)
@@ -272,6 +274,7 @@ class Accumulator:
                     within,
                 )
                 if self._band_bulge is not None:
+                    # A parabola over the chord: 0 at both ends, greatest in the middle.
                     weight += dr.gather(mi.Float, self._band_bulge[slot], cell) * within * (1.0 - within)
                 target = lane * self.band_count + dr.gather(mi.UInt32, self._band_index[slot], cell)
                 dr.scatter_add(bands, radiance[k] * weight * 0.25, target, mode=dr.ReduceMode.NoConflicts)

@@ -68,6 +68,7 @@ class ChosenPixels(Accumulator):
         self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
         first = np.ascontiguousarray(done, dtype=np.uint32)
         self._samples_of = mi.UInt32(first), mi.UInt32(first + np.asarray(more, dtype=np.uint32))
+        # Another seed gives the other half numbers of its own, so that their difference is the noise of both.
         self.film = replace(self.film, seed=(self._seed + half * _SEED_STEP) % (1 << 31))
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)

@@ -19,6 +19,7 @@ def upright(_self: Any, si: Any) -> Any:
 
     outside = dr.dot(si.n, si.to_world(si.wi)) > 0.0
     faces = dr.dot(si.n, si.sh_frame.n) > 0.0
+    # Compared by sign alone: the angle itself is kept.
     above = (si.wi.z > 0.0) == (outside == faces)
     return mi.Vector3f(si.wi.x, si.wi.y, dr.select(above | ~si.is_valid(), si.wi.z, -si.wi.z))
 

@@ -18,6 +18,7 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
     flight = media.fly(path, dr.select(si.is_valid(), si.t, dr.inf), sampler, active)
     place = mi.SurfaceInteraction3f(si)
     place.p = dr.select(flight.scatters, path.ray.o + path.ray.d * flight.distance, si.p)
+    # A point in a medium has no normal: lights are chosen by distance alone, not by a cosine.
     place.n = dr.select(flight.scatters, mi.Normal3f(0.0), si.n)
     place.t = dr.select(flight.scatters, flight.distance, si.t)
     return flight, place
@@ -39,10 +40,12 @@ def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: A
     path.volume = dr.select(turns, path.volume + 1, path.volume)
     path.last |= turns & ((path.volume > limits[0]) | (path.depth > limits[1]))
     path.kind = dr.select(turns, int(Rays.VOLUME), path.kind)
+    # A light that the ray meets next could have been asked from here; its weight needs the place and the density.
     path.before = dr.select(turns, mi.Interaction3f(place), path.before)
     path.before_pdf = dr.select(turns, density, path.before_pdf)
     path.before_delta &= ~turns
     path.before_both |= turns
+    # Shape 0: light linking knows surfaces only.
     path.before_shape = dr.select(turns, 0, path.before_shape)
     onward = mi.Ray3f(path.ray)
     onward.o, onward.d, onward.maxt = place.p, way, dr.largest(mi.Float)

@@ -61,6 +61,7 @@ class Media:
         self.around, self.camera = (dr.opaque(mitsuba.UInt32, number) for number in (around, camera))
         self._lobes = max(len(row.lobes) for row in rows)
         table = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
+        # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
         table[0, 0, 0] = 1.0
         for number, row in enumerate(rows, 1):
             table[number, : len(row.lobes)] = row.lobes
@@ -71,6 +72,7 @@ class Media:
         """Scattering, absorption and glow per unit of length."""
         mi, dr = self._mi, self._dr
         place = dr.zeros(mi.SurfaceInteraction3f)
+        # Media are homogeneous: their textures are read anywhere, at the path's wavelengths.
         place.wavelengths = wavelengths
         scatters, absorbs, glow = mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0)
         for number, row in enumerate(self._rows, 1):
@@ -87,6 +89,7 @@ class Media:
         inside = active & (path.medium != 0)
         reach = dr.minimum(reach, FARTHEST)
         scatters, absorbs, glow = self.coefficients(path.medium, path.ray.wavelengths, inside)
+        # A wavelength is chosen by what it still can bring: the brightest one draws the distance most often.
         share = dr.abs(path.throughput * scatters)
         total = dr.sum(share)
         channels = dr.size_v(mi.Spectrum)
@@ -96,16 +99,19 @@ class Media:
         for k in range(1, channels):
             chosen = dr.select(pick >= below, scatters[k], chosen)
             below = below + share[k]
+        # A wavelength that does not scatter never collides; its distance is beyond everything.
         drawn = dr.select(chosen > 0.0, -dr.log(1.0 - place) / dr.maximum(chosen, 1e-30), FARTHEST)
         collides = inside & (drawn < reach)
         distance = dr.minimum(drawn, reach)
         event = dr.select(collides, scatters, mi.Spectrum(1.0))
+        # Balance heuristic over wavelengths: the density with which any of them would have drawn this event.
         density = dr.sum(share * event * dr.exp(-scatters * distance))
         extinction = scatters + absorbs
         gained = event * dr.exp(-extinction * distance) / dr.maximum(density, 1e-30)
         weight = dr.select(inside, dr.select(density > 0.0, gained, 0.0), 1.0)
         brought = mi.Spectrum(0.0)
         if self.glows:
+            # Glow is integrated along the whole way, scattered or not, so it adds no noise.
             depth = extinction * reach
             # (1 - exp(-x)) / x, by its series where that cancels
             mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
@@ -128,6 +134,7 @@ class Media:
         medium, outer = before
         inside = self.inside(shape, active)
         to, away = (dr.dot(si.n, way) for way in ways)
+        # A reflection stays on its side: only a way that goes on through the surface changes the medium.
         through = active & (inside != 0) & (to * away > 0.0)
         enters, leaves = through & (away < 0.0), through & (away > 0.0)
         own = leaves & (medium == inside)
@@ -164,6 +171,7 @@ class Media:
             weight, g, alpha = self._lobe(medium, k, active)
             square = g * g
             base = (1.0 - square) / (4.0 * dr.pi)
+            # At g near 1 and straight ahead the denominator vanishes in single precision.
             bend = dr.maximum(1.0 + square - 2.0 * g * cosine, 1e-9)
             plain = weight * base / (bend * dr.sqrt(bend))
             density += plain
@@ -180,6 +188,7 @@ class Media:
             weight, g, _ = self._lobe(medium, k, active)
             chosen = dr.select(pick >= below, g, chosen)
             below += weight
+        # Directions are drawn by Henyey and Greenstein alone; Draine's factor, of mean 1, becomes a weight.
         local = scattering(mi, dr, chosen, sample)
         value, density = self.phase(medium, local.z, active)
         return mi.Frame3f(ahead).to_world(local), density, value / dr.maximum(density, 1e-20)

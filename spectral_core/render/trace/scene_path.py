@@ -91,7 +91,7 @@ def scene_path_class(variant: str) -> Any:
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: what it brings, what is sampled there, and how the path goes on."""
-            si = scene.ray_intersect(path.ray, mi.RayFlags.All, path.depth == 0, path.active)
+            si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
@@ -142,6 +142,7 @@ def scene_path_class(variant: str) -> Any:
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
 
+            # A surface passed straight does not renew the ray's length.
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
@@ -164,6 +165,7 @@ def scene_path_class(variant: str) -> Any:
             # Russian roulette by the light that a path can still bring, freed of what refraction spread it by
             strongest = dr.max(path.throughput)
             survival = dr.minimum(strongest * dr.square(path.eta), 0.95)
+            # Only real bounces gamble: a stack of clear surfaces must not end paths.
             gamble = bounces & (path.depth >= ROULETTE_BOUNCES)
             dies = gamble & (sampler.next_1d() >= survival)
             spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
@@ -209,6 +211,7 @@ def scene_path_class(variant: str) -> Any:
                 if self.tables.shadowless is not None:
                     # what nothing blocks is sampled only: a ray may be blocked on its way there
                     lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
+                # Power heuristic; after a mirror no light could have been sampled, so what is met counts in full.
                 own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
                 return dr.select(lit, own, 0.0)
 
