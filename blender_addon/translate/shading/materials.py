@@ -15,9 +15,9 @@ from .. import spectra
 from ..context import Translation
 from . import media
 from .aovs import aov_outputs
+from .carried.dyes import with_dyes
+from .carried.spectrum import covers_texture, with_spectrum
 from .coordinate_nodes import raised_normal
-from .dyes import with_dyes
-from .material_spectrum import covers_texture, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output
