@@ -55,7 +55,7 @@ def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Itera
 
 
 def leaves(surface: Surface | None) -> Iterator[Closure]:
-    """Every closure that a surface is mixed and added from, whatever its weight."""
+    """Every closure in a surface's mixes and sums, also those of weight 0."""
     stack = [surface]
     while stack:
         item = stack.pop()
@@ -93,7 +93,7 @@ def programs_of(surface: Surface | None) -> Iterator[Program]:
 
 
 def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
-    """What a surface reads of its mesh: ``"uv"`` for its images, and each input of its programs."""
+    """Inputs that a surface reads from its mesh: ``"uv"`` for its images, and those of its programs."""
     images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in simple_values_of(surface))
     return frozenset(name for program in programs_of(surface) for name in program.inputs) | (
         {"uv"} if images else set()
@@ -101,7 +101,7 @@ def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
 
 
 def simple_values_of(surface: Surface | None) -> Iterator[Any]:
-    """``values_of`` with each mixed paint divided into what it mixes."""
+    """``values_of`` with each mixed paint divided into its parts."""
     stack = list(values_of(surface))
     while stack:
         value = stack.pop()
