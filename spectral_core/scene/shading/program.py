@@ -228,8 +228,8 @@ class Builder:
         place: dict[int, int] = {}
 
         def reads(k: int) -> int:
-            """Where an operand stands. A constant is entered again for each that reads it: were equal ones shared, a
-            number edited to equal another would change the shape.
+            """Index of an operand. Each reader of a constant gets its own copy: if equal constants were shared,
+            editing one number to equal another would change the shape.
             """
             if not self._instructions[k].values:
                 return place[k]
