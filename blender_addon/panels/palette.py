@@ -37,6 +37,7 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row.scale_y = 1.3
     row.operator("spectral.palette_solve", icon="PLAY")
     row.prop(palette, "live", text="", icon="FILE_REFRESH")
+    row.prop(palette, "in_viewport", text="", icon="SHADING_RENDERED")
     row.prop(palette, "show_curves", text="", icon="GRAPH")
     row.operator_menu_enum("spectral.palette_preset", "preset", text="", icon="PRESET")
     _draw_status(layout, context, palette)
@@ -45,10 +46,15 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row = layout.row(align=True)
     row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
     row.operator("spectral.palette_add", text="Material", icon="ADD").side = "MATERIAL"
-    row = layout.row()
+    row = layout.row(align=True)
     row.scale_y = 1.3
     row.enabled = bool(palette.status) and not palette.is_stale
     row.operator("spectral.palette_apply", icon="BRUSH_DATA")
+    row.prop(palette, "apply_colors", text="", icon="SHADING_SOLID")
+    if palette.picture:
+        told = layout.column()
+        told.active = False
+        wrapped(told, context, f"Not applied yet. {palette.picture}", icon="INFO")
     _draw_faults(layout, context, palette)
 
 

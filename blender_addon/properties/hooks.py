@@ -15,6 +15,7 @@ class Topic(Enum):
 
     PALETTE = auto()
     PALETTE_LIVE = auto()
+    PALETTE_PICTURE = auto()
     PALETTE_CELL_MODE = auto()
     SPECTRUM_SOURCE = auto()
     SPECTRUM_CHOICE = auto()

@@ -31,12 +31,14 @@ class Edit:
         self._mi, self._loaded, self._parts = loaded.mitsuba, loaded, loaded.scene.parts
         self._old, self._new = old, new
         self._moved = False
-        self._rows_changed = False
+        self._rows_changed = self._vertices_changed = False
 
     def finish(self) -> None:
         """Let Mitsuba build anew what finds the nearest hit, where anything has moved."""
         if self._rows_changed:
             self._parts.context.tables.rebuild()
+        if self._vertices_changed:
+            self._parts.context.meshes.write_vertices()
         if self._moved:
             self._loaded.scene.scene.parameters_changed()
 
@@ -107,6 +109,8 @@ class Edit:
         if changed:
             own.update()
             mine.entry.surface_area()  # Mitsuba makes its table of areas when it is asked for them
+            self._parts.context.meshes.add(mine.entry)
+            self._vertices_changed = True
             self._moved = True
         return True
 
@@ -155,6 +159,8 @@ class Edit:
             if index not in after or not geometry.fill(self._mi, shape, before[index], after[index]):
                 return False
             group.parameters_changed()
+            self._parts.context.meshes.add(shape)
+            self._vertices_changed = True
         self._moved = True
         return True
 

@@ -125,10 +125,10 @@ def load_scene(
             description[f"light_{number:06d}_{object_number}"] = made.entry
             _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
             if isinstance(made.entry, mitsuba.Shape):
-                context.bsdf.surfaces.assign(made.entry, LAMP_BODY)
-            if isinstance(made.entry, mitsuba.Shape) and not item.camera_visible:
-                hidden.append(made.entry)
-                rules.add_shapes([made.entry], int(Rays.CAMERA))
+                _enter_body(context, made.entry)
+                if not item.camera_visible:
+                    hidden.append(made.entry)
+                    rules.add_shapes([made.entry], int(Rays.CAMERA))
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
@@ -139,10 +139,9 @@ def load_scene(
         view = replace(scene.world.camera_view, group=scene.world.group)
         black = replace(view, color=Color(np.full(3, 1e-30)), strength=1.0)
         background = rules.camera_world = light.world_emitter(context, black if view.is_black else view)
-    if any(isinstance(made.entry, mitsuba.Shape) for of in lamps.values() for made in of):
-        context.bsdf.surfaces.add(LAMP_BODY, leaves_of(context, None, ""))
     context.bsdf.seal()
-    rules.surfaces = context.bsdf.surfaces
+    context.meshes.seal()
+    rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
     loaded = context.load(description)
     _fill(rules, shapes, scene, loaded)
     lights = (
@@ -150,7 +149,7 @@ def load_scene(
     )
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface = context.has_subsurface
+    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
     return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
 
 
@@ -165,6 +164,14 @@ def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
         number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
         inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
         rules.around = around, medium_around(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+
+
+def _enter_body(context: Context, body: Any) -> None:
+    """Let our tables know the body of one of Mitsuba's lamps."""
+    if not context.bsdf.surfaces.has(LAMP_BODY):
+        context.bsdf.surfaces.add(LAMP_BODY, leaves_of(context, None, ""))
+    context.bsdf.surfaces.assign(body, LAMP_BODY)
+    context.meshes.add(body)
 
 
 def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: bool) -> SceneLights:

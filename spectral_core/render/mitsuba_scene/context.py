@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from spectral_core.render.lights.listing import LightList
+from spectral_core.render.plugins.mesh_tables import MeshTables
 from spectral_core.render.plugins.paints.computed import computed_classes
 from spectral_core.render.plugins.paints.loaded import LoadedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
@@ -43,10 +44,14 @@ class Context:
 
     walks_below: bool = True
     """Whether the paths that are taken know how to walk below surfaces."""
+    has_holdouts: bool = False
+    """Whether any surface cuts holes into what the camera sees."""
     has_subsurface: bool = False
     """Whether any surface was made that they must walk below."""
     dyed: dict[str, Dyed] = field(default_factory=dict)
     """By material what is fluorescent of it, in spectral transport."""
+    material_of_shape: list[tuple[Any, str]] = field(default_factory=list)
+    """Every mesh that was made, and the name of its material."""
 
     @cached_property
     def tables(self) -> SceneTables:
@@ -67,6 +72,11 @@ class Context:
         """The one BSDF of all shapes; its ``surfaces`` know the material of each."""
         tables = SurfaceTables(self.tables, self.upsampling)
         return self._kept(scene_bsdf_class(self.mitsuba.variant())(tables))
+
+    @cached_property
+    def meshes(self) -> MeshTables:
+        """The triangles of all shapes."""
+        return MeshTables(self.tables, movable=self.movable)
 
     def computed(self, program: Program, light: Any = None) -> Any:
         """Texture of a shading program; ``light``: of the white that it tints where it is an emitted color."""

@@ -35,6 +35,7 @@ class Shapes:
         """Shapes that hold a medium: its number, from 1 on, and whether the shape is nothing but its border."""
         self._numbers: dict[str, int] = {}
         self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
+        self._parts_of_groups: dict[tuple[str, tuple[str, ...]], list[Any]] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, the group it is in."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
@@ -49,6 +50,7 @@ class Shapes:
             transform = self.context.mitsuba.ScalarTransform4f(matrix)
             group = self._group(instance)
             placed = self.context.load({"type": "instance", "to_world": transform, "group": group})
+            self.context.meshes.add_instance(placed, self._parts_of_groups[instance.mesh, instance.materials])
             self.context.tables.place(placed, instance, is_instance=True)
             return [placed]
         shapes = []
@@ -91,7 +93,8 @@ class Shapes:
                 shape = self._mesh_shape(instance, index, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
-            named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
+            shapes = self._parts_of_groups[key] = list(description.values())[1:]
+            named = zip(self.parts[instance.mesh], shapes, strict=True)
             self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
 
@@ -99,6 +102,8 @@ class Shapes:
         """Mitsuba mesh of a part, known to the tables by its material."""
         shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
         self.context.bsdf.surfaces.assign(shape, name)
+        self.context.meshes.add(shape)
+        self.context.material_of_shape.append((shape, name))
         if name in self.context.dyed:
             self.context.dyed[name].shapes.append(shape)
         return shape

@@ -44,3 +44,14 @@ def channel_mean(dr: Any, value: Any) -> Any:
     be written into the kernel.
     """
     return dr.sum(value) * (1.0 / len(value))
+
+
+def own_copy(kind: Any, array: NDArray[Any]) -> Any:
+    """Numbers in Dr.Jit's own memory: NumPy's, mapped, would look like another kind to a recorded launch."""
+    import drjit as dr
+
+    values = kind(array.ravel())
+    result = dr.empty(kind, dr.width(values))
+    dr.scatter(result, values, dr.arange(dr.uint32_array_t(kind), dr.width(values)))
+    dr.eval(result)
+    return result

@@ -74,7 +74,7 @@ class GuidePass(Accumulator):
         def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
-            si = first_hit.scene.ray_intersect(probe, walking)
+            si = first_hit.intersect(probe, walking)
             si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
             met = walking & si.is_valid()
             unseen, hole = first_hit._rules_of(si, met)

@@ -58,7 +58,7 @@ def shone_through(
     fills = tables.media
 
     def body(ray: Any, clear: Any, layers: Any, fog: Any, active: Any) -> Any:
-        si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+        si = tables.intersect(scene, ray, active)
         si.dn_dv = marks
         met = active & si.is_valid()
         blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
