@@ -71,7 +71,6 @@ def _spectra() -> list[Writer]:
 
 
 def _pictures(side: int) -> list[Writer]:
-    from spectral_core.cli._pictures import write_picture
     from spectral_core.palette.texture.file import write_texture
     from spectral_core.palette.texture.reach import TEXTURE_GRID
     from spectral_core.palette.texture.texture import SpectralTexture
@@ -80,6 +79,7 @@ def _pictures(side: int) -> list[Writer]:
     from spectral_core.render.relight.transport import Transport
     from spectral_core.render.relight.transport_file import write_transport
     from spectral_core.spectra import catalogue
+    from spectral_core.spectra.pictures import write_picture
 
     rng = np.random.default_rng(7)
     pictures = [rng.random((side, side, 3)).astype(np.float32) for _ in range(2)]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.cli._pictures import write_png_rows
+from spectral_core.spectra.pictures import write_png_rows
 
 
 def large_picture(path: Path, small: NDArray[Any], size: int, seed: int) -> Path:

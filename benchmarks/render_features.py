@@ -75,7 +75,7 @@ def _one(feature: Any, options: Options) -> dict[str, Any]:
     samples = (8 if options.quick else SAMPLES) * feature.samples
     row: dict[str, Any] = {"error": 1.0, "noise": 0.0, "ratio": 0.0, "worst": "", "notes": []}
     try:
-        with _quiet():
+        with quiet():
             stage = Stage(samples)
             feature.build(stage)
             ball = ball_mask(stage)
@@ -92,7 +92,7 @@ def _one(feature: Any, options: Options) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Blender's own words on the console go nowhere meanwhile."""
     sys.stdout.flush()
     kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)

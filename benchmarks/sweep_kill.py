@@ -150,7 +150,7 @@ def _rows(folder: Path) -> list[dict[str, str]]:
 
 
 def _unreadable(folder: Path) -> list[str]:
-    from spectral_core.explore.features.png import read_linear
+    from spectral_core.explore.features.picture_files import read_linear
 
     bad = []
     for path in (folder / "image").iterdir():

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import Options
-from spectral_core.explore.features.png import read_linear
+from spectral_core.explore.features.picture_files import read_linear
 from spectral_core.explore.sweep.document import read_sweep
 from spectral_core.explore.sweep.sweep import Sweep
 

@@ -14,6 +14,18 @@ WIDTH, HEIGHT = 64, 48
 BALL_RADIUS = 1.0
 
 
+def match_settings(scene: Any, samples: int) -> None:
+    """The same samples and bounces for both renderers, and nothing that Cycles leaves out or smooths by default."""
+    cycles = scene.cycles
+    scene.view_settings.view_transform = "Standard"
+    scene.spectral.render.samples = cycles.samples = samples
+    cycles.use_denoising = cycles.use_adaptive_sampling = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
+    cycles.light_sampling_threshold = 0
+    for name in ("max", "diffuse", "glossy", "transmission", "transparent_max", "volume"):
+        setattr(cycles, f"{name}_bounces", 24)
+
+
 class Stage:
     """One fresh scene. What a feature changes is a plain attribute: ``ball``, ``floor``, ``lamp``, ``world``, …"""
 
@@ -21,7 +33,8 @@ class Stage:
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self.scene = bpy.context.scene
         self.layer = bpy.context.view_layer
-        self._settings(samples)
+        self.scene.render.resolution_x, self.scene.render.resolution_y = WIDTH, HEIGHT
+        match_settings(self.scene, samples)
         self.floor = self.plane(12.0, self.material("Floor", Color=(0.5, 0.5, 0.5, 1)))
         self.floor.name = "Floor"
         self.material_of_ball = self.material("Ball", Color=(0.7, 0.35, 0.2, 1))
@@ -29,18 +42,6 @@ class Stage:
         self.lamp = self.light("AREA", 90.0, (1.8, -2.2, 4.0), (0.5, 0.35, 0.0), size=1.2)
         self.camera = self._camera()
         self.set_world((0.25, 0.3, 0.36))
-
-    def _settings(self, samples: int) -> None:
-        scene, cycles = self.scene, self.scene.cycles
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-        scene.view_settings.view_transform = "Standard"
-        scene.spectral.render.samples = cycles.samples = samples
-        # everything that Cycles leaves out or smooths by default is on or off for both
-        cycles.use_denoising = cycles.use_adaptive_sampling = False
-        cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
-        cycles.light_sampling_threshold = 0
-        for name in ("max", "diffuse", "glossy", "transmission", "transparent_max", "volume"):
-            setattr(cycles, f"{name}_bounces", 24)
 
     def _camera(self) -> Any:
         data = bpy.data.cameras.new("Camera")

@@ -19,12 +19,12 @@ import numpy as np
 
 from spectral_core import child
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.explore.features.png import png_bytes
 from spectral_core.explore.sweep.compute.rendering import Relighter, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.scene import Film, Scene, scene_hash
+from spectral_core.spectra.pictures import png_bytes
 
 from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from .sweep_settings import setting_at

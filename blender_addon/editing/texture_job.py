@@ -64,7 +64,7 @@ def start(scene: Scene) -> None:
 
 
 def look() -> bool:
-    """Take over how far the design is; True while it is on its way."""
+    """Update the design's progress; True while it runs."""
     global _job
     if _job is None:
         return False

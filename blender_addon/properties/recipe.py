@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.recipe``: what is mixed, from what, what is asked, and the recipe that was found last."""
+"""``scene.spectral.recipe``: the kind and library of colorants, the requirements, and the last recipe."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import bpy
 
-from spectral_core.scene import Camera, Film, LightPaths, Material, Scene, SunLight, World
+from spectral_core.scene import Camera, Film, LightPaths, Scene, SunLight, World
+from spectral_core.spectra.spectrum import Spectrum
 
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
@@ -20,12 +22,9 @@ from .lighting.world import translate_world
 from .objects import collect, everything
 from .settings import sampling_of, settings_of
 from .viewport.kept import Kept, kept_or_made
-from .visibility import cycles_settings
 
 USUAL_CLAMP = 10.0
 """Blender's own clamp on indirect light, which takes fireflies only."""
-MANY_VOLUME_BOUNCES = 16
-"""Bounces inside media beyond which a limit is hardly seen."""
 
 
 def translate_scene(
@@ -36,15 +35,18 @@ def translate_scene(
     seen_from: Camera | None = None,
     shows: Callable[[Any], bool] = everything,
     kept: Kept | None = None,
+    designed: Mapping[int, tuple[Spectrum, float]] = MappingProxyType({}),
+    is_moving: bool = False,
 ) -> Scene:
     """Scene of an evaluated depsgraph, whole and independent of Blender.
 
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
     settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
-    ``kept``: meshes and images of the translation before. Raises InvalidInputError where nothing can be rendered at all
-    (no camera, an empty border).
+    ``kept``: what is kept of the translation before; ``designed``: as ``Translation`` has it; ``is_moving``: motion is
+    added later. Raises InvalidInputError where nothing can be rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
+    translation.designed = designed
     source = depsgraph.scene_eval
     sampling = sampling_of(source)
     film = film or translate_film(source, sampling.samples, sampling.seed)
@@ -52,15 +54,16 @@ def translate_scene(
         translation.images = kept.images
     chosen = camera if camera is not None else source.camera
     viewed = seen_from or translate_camera(translation, None if chosen is None else chosen.evaluated_get(depsgraph))
-    if source.render.use_motion_blur:
-        translation.note(source.name, "motion blur is not simulated; each frame stands still")
+    if source.render.use_motion_blur and not is_moving:
+        translation.note(
+            source.name, "motion blur is in renders of F12 and spectral-scene; here the frame stands still"
+        )
     for item in (source.render, getattr(source, "cycles", None)):
         note_changed(translation, source.name, item)
     layer = depsgraph.view_layer
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
     found = collect(translation, shows, kept)
-    _note_media(translation, found.materials)
     _note_limits(translation, settings_of(source).light_paths)
     world = overridden(depsgraph, "world_override") or source.world
     surroundings, suns = _world(translation, world if depsgraph.view_layer_eval.use_sky else None, viewed, kept)
@@ -89,17 +92,6 @@ def _world(
     state = (world.name, getattr(original, "lightgroup", ""))
     key, makers = ("world", original.session_uid), frozenset((original.session_uid,))
     return kept_or_made(kept, translation, key, makers, state, make)
-
-
-def _note_media(translation: Translation, materials: tuple[Material, ...]) -> None:
-    """Cycles' count of bounces inside media is one of its own; here they count with all others."""
-    limit = cycles_settings(translation.scene, "volume_bounces", MANY_VOLUME_BOUNCES)
-    for material in materials:
-        if material.medium is not None and limit < MANY_VOLUME_BOUNCES:
-            translation.note(
-                material.name,
-                f"light scatters in its volume as often as it likes here, although the scene allows {limit} bounces",
-            )
 
 
 def _note_limits(translation: Translation, limits: LightPaths) -> None:

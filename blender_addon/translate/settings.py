@@ -72,6 +72,7 @@ def _light_paths(cycles: Any) -> LightPaths:
         glossy=cycles.glossy_bounces,
         transmission=cycles.transmission_bounces,
         transparent=cycles.transparent_max_bounces,
+        volume=cycles.volume_bounces,
         clamp_direct=cycles.sample_clamp_direct,
         clamp_indirect=cycles.sample_clamp_indirect,
         reflective_caustics=cycles.caustics_reflective,

@@ -10,12 +10,12 @@ import bpy
 import numpy as np
 from bpy.types import Image, PropertyGroup
 
-from spectral_core.cli._pictures import png_bytes, write_picture
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import write_bytes
 from spectral_core.palette.texture.project import TextureProject, TextureSettings
 from spectral_core.palette.texture.uplift import Pin
 from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.spectra.pictures import png_bytes, write_picture
 from spectral_core.spectra.spectrum import Illuminant
 
 from ..properties.texture_design import TEXTURE_FIELDS

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Color, Emission, Material, MixSurface, RenderSettings, Scene, World
+from spectral_core.scene import Color, Emission, Material, MixSurface, RenderSettings, Scene, Surface, World
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ def coverage_scene(scene: Scene, material_name: str) -> Scene:
     dark = Emission(Color(np.zeros(3)))
     materials = []
     for material in scene.materials:
-        surface = dark
+        surface: Surface = dark
         if material.name == material_name:
             if not isinstance(material.surface, MixSurface):
                 raise InvalidInputError(f"material {material_name!r} does not mix two surfaces, so it has no mark")

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +89,7 @@ def run_demo(out: Path, *, samples: int, percentage: int, say: Callable[[str], N
             bpy.ops.wm.save_as_mainfile(filepath=str((out / "hidden_branch.blend").resolve()))
         say(f"rendering under {light.name}, {light.title}")
         picture = out / f"under_{light.name}.png"
-        result, scene = staged(f"render {light.name}", lambda path=picture: _render(bpy, path))
+        result, scene = staged(f"render {light.name}", partial(_render, bpy, picture))
         if coverage is None:
             coverage = staged("mask", lambda: _coverage(scene))  # noqa: B023 - called at once
         spectral = write_spectral_exr(out / f"under_{light.name}.spectral.exr", result)

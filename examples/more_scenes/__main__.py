@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from examples.more_scenes import bank_note, car_paint, stage
-from spectral_core.cli._pictures import write_picture
 from spectral_core.render import RenderProcess
 from spectral_core.scene import Film, Scene
 from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.pictures import write_picture
 from spectral_core.spectra.spectrum import Illuminant
 
 Scenes = tuple[Callable[[Illuminant, Film], Scene], tuple[Illuminant, ...]]

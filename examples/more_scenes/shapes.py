@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +92,7 @@ def sheet(name: str, width: float, height: float, z: float = 0.0) -> Mesh:
 
 
 def scene_of(
-    parts: list[tuple[Mesh, Surface]], lights: list[Light], view: tuple[NDArray[np.float64], float], film: Film
+    parts: Sequence[tuple[Mesh, Surface]], lights: Sequence[Light], view: tuple[NDArray[np.float64], float], film: Film
 ) -> Scene:
     """A spectral scene of meshes with a surface each; ``view``: world from camera, and the field of view."""
     return Scene(

@@ -10,13 +10,13 @@ import numpy as np
 
 from examples.two_paintings.gallery import gallery
 from examples.two_paintings.paintings import circles, hills
-from spectral_core.cli._pictures import write_picture
 from spectral_core.palette.texture.file import write_texture
 from spectral_core.palette.texture.lights import design_lights, led_range
 from spectral_core.palette.texture.texture import Picture, design_texture
 from spectral_core.render import RenderProcess
 from spectral_core.scene import Film
 from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.pictures import write_picture
 
 
 def main() -> None:

@@ -31,7 +31,7 @@ def hills(size: int = 512) -> NDArray[np.uint8]:
     x, y = _grid(size)
     sky = np.stack([0.95 - 0.35 * (1 - y), 0.60 + 0.10 * y, 0.35 + 0.45 * (1 - y)], axis=-1)
     sun = np.hypot(x - 0.66, y - 0.42)
-    picture = _over(sky, (1.0, 0.93, 0.70), np.clip(1.2 - sun / 0.16, 0, 1) ** 2)
+    picture = _over(sky, (1.0, 0.93, 0.70), np.square(np.clip(1.2 - sun / 0.16, 0, 1)))
     picture = _over(picture, (1.0, 0.97, 0.85), np.clip((0.072 - sun) * size / 2, 0, 1))
     layers = [
         (0.50, 0.060, 2.2, 0.3, (0.62, 0.50, 0.62)),

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from spectral_core import __version__
-from spectral_core.cli import _terminal as terminal
+from spectral_core.cli.shared import terminal
 from spectral_core.errors import SpectralError
 
 CLOSED_PIPE = 141
@@ -35,7 +35,13 @@ def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
     modules = {}
     for package in (__name__, *packages):
         found = pkgutil.iter_modules(importlib.import_module(package).__path__)
-        modules.update({info.name: f"{package}.{info.name}" for info in found if not info.name.startswith("_")})
+        modules.update(
+            {
+                info.name.replace("_", "-"): f"{package}.{info.name}"
+                for info in found
+                if not (info.ispkg or info.name.startswith("_"))
+            }
+        )
     return dict(sorted(modules.items()))
 
 

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
-
-from . import _pictures
+from spectral_core.spectra.pictures import write_picture
 
 TILE, INSET = 96, 32
 """Pixels of a cell's color, and of the wanted color inside it."""
@@ -38,9 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Solve, print the table of errors, write the files."""
     if arguments.palette is not None and _is_texture(arguments.palette):
+        from spectral_core.cli.shared.texture import make_texture
         from spectral_core.palette.texture.project import read_project
-
-        from ._texture import make_texture
 
         folder = arguments.out or Path("out") / arguments.palette.stem
         return make_texture(read_project(arguments.palette), folder, as_json=arguments.json, tell=False)
@@ -60,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _is_texture(path: Path) -> bool:
-    """Whether a document says that it is a texture; what cannot be read is left to the reader of palettes."""
+    """Whether a document states that it is a texture; the reader of palettes reports unreadable files."""
     from spectral_core.documents import read_document
     from spectral_core.errors import SpectralError
     from spectral_core.palette.texture.project import FORMAT
@@ -91,7 +89,7 @@ def _problem(arguments: argparse.Namespace) -> tuple[PaletteProblem, str]:
 
 
 def _print(solution: PaletteSolution) -> None:
-    """ΔE2000 of each cell, then the status and what to do."""
+    """ΔE2000 of each cell, then the status and its remedy."""
     lights = [light.name for light in solution.illuminants]
     width = max(12, *(len(surface.name) + 1 for surface in solution.reflectances))
     print(f"{'ΔE2000':{width}}" + "".join(f"{name[:15]:>16}" for name in lights))
@@ -121,7 +119,7 @@ def _write(folder: Path, solution: PaletteSolution) -> list[str]:
         clipped = write_swatches(folder / f"swatches.{ending}", swatches_of(solution), clip=True)
     if clipped:
         print(f"note: swatches outside the display's gamut were moved to its edge: {', '.join(clipped)}")
-    _pictures.write_picture(folder / "palette.png", table_picture(solution))
+    write_picture(folder / "palette.png", table_picture(solution))
     return ["solution.json", "lights.csv", "reflectances.csv", "swatches.gpl", "swatches.ase", "palette.png"]
 
 

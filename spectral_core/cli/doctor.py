@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from importlib import metadata, util
 
 from spectral_core import __version__, child
-from spectral_core.cli._trial import MARK
+from spectral_core.cli.shared.trial import MARK
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def _blender_loads() -> list[Finding]:
 
 def _trial(what: str) -> tuple[subprocess.CompletedProcess[str], str]:
     """Run a trial in a separate process, and find its answer in the output."""
-    line = child.command(sys.executable, "spectral_core.cli._trial", what)
+    line = child.command(sys.executable, "spectral_core.cli.shared.trial", what)
     done = subprocess.run(line, capture_output=True, text=True, errors="replace", env=child.environment())
     answers = [line.removeprefix(MARK) for line in done.stdout.splitlines() if line.startswith(MARK)]
     return done, (answers or [""])[-1]

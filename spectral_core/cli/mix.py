@@ -10,14 +10,10 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-
-if TYPE_CHECKING:
-    from spectral_core.spectra.spectrum import Reflectance
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
+    from spectral_core.cli.shared.spectra import reflectance_named
     from spectral_core.palette.paint.mixtures import paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.catalogue import illuminant
@@ -41,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     named = [_part(word) for word in arguments.parts]
     shares = np.array([parts for _, parts in named])
     shares = shares / shares.sum()
-    spectra = np.stack([_reflectance(name).at(grid.wavelengths_nm) for name, _ in named])
+    spectra = np.stack([reflectance_named(name).at(grid.wavelengths_nm) for name, _ in named])
     mixed = paint_mixture(shares, spectra) if arguments.law == "paint" else shares @ spectra
     colors = {}
     for name in arguments.light or ("D65", "A"):
@@ -70,18 +67,3 @@ def _part(word: str) -> tuple[str, float]:
     if not colon or not 0 < count < 1e9:
         raise InvalidInputError(f"{word!r} is no color with its parts; expected NAME:PARTS, such as blue:2")
     return name, count
-
-
-def _reflectance(name: str) -> Reflectance:
-    """A reflectance of the catalogue, or FILE, or FILE@NAME."""
-    from spectral_core.spectra import catalogue
-    from spectral_core.spectra.files import read_spectra
-    from spectral_core.spectra.spectrum import Reflectance
-
-    file, _, wanted = name.partition("@")
-    if not Path(file).is_file():
-        return catalogue.reflectance(name)
-    found = [each for each in read_spectra(Path(file)) if not wanted or each.name == wanted]
-    if len(found) != 1:
-        raise InvalidInputError(f"{file} holds {len(found)} spectra that fit {name!r}; name one as FILE@NAME")
-    return Reflectance(found[0].name, found[0].grid, found[0].values)

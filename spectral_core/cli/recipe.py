@@ -3,7 +3,7 @@
 
 `recipe lamp CHANNELS.csv --cct 4000` prints the drive level of each channel for a white of that temperature.
 `recipe paints PAINTS.csv --target dark_skin.csv` prints the grams of each paint for a wanted reflectance; `inks` and
-`filters` likewise. A target is a reflectance of the catalog, FILE or FILE:NAME.
+`filters` likewise. A target is a reflectance of the catalogue, FILE or FILE@NAME.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
+    from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find and print the recipe. Exits with 1 where the lamp misses what was asked for."""
+    """Find and print the recipe. Exits with 1 if the lamp misses its requirements."""
     return _lamp(arguments) if arguments.kind == "lamp" else _material(arguments)
 
 
@@ -75,23 +75,23 @@ def _lamp(arguments: argparse.Namespace) -> int:
 
 
 def _material(arguments: argparse.Namespace) -> int:
+    from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
     from spectral_core.palette.recipe.material import Colorants, material_recipe
-    from spectral_core.spectra.catalogue import illuminant
 
     if arguments.target is None:
         raise InvalidInputError("a recipe of a material needs --target, the wanted reflectance")
     spectra = _channels(arguments.spectra)
     grid = spectra[0].grid
     values = np.stack([spectrum.at(grid.wavelengths_nm) for spectrum in spectra])
-    paper = None if arguments.paper is None else _reflectance(arguments.paper).at(grid.wavelengths_nm)
+    paper = None if arguments.paper is None else reflectance_named(arguments.paper).at(grid.wavelengths_nm)
     colorants = Colorants(
         arguments.kind, tuple(spectrum.name for spectrum in spectra), grid, values, paper=paper,
         dot_gain_n=arguments.dot_gain,
     )  # fmt: skip
-    lights = [illuminant(name) for name in arguments.light or ("D65", "A")]
+    lights = [illuminant_named(name) for name in arguments.light or ("D65", "A")]
     grams = require_range("--grams", arguments.grams, 1e-6, 1e12)
     most = 4 if arguments.most is None else arguments.most
-    recipe = material_recipe(colorants, _reflectance(arguments.target), lights, most_colorants=most)
+    recipe = material_recipe(colorants, reflectance_named(arguments.target), lights, most_colorants=most)
     print(recipe.text(grams))
     if arguments.json:
         figures: dict[str, Any] = {
@@ -122,17 +122,3 @@ def _illuminant(spectrum: Spectrum) -> Illuminant:
     from spectral_core.spectra.spectrum import Illuminant
 
     return Illuminant(spectrum.name, spectrum.grid, spectrum.values)
-
-
-def _reflectance(name: str) -> Reflectance:
-    """A reflectance of the catalog, or FILE, or FILE:NAME."""
-    from spectral_core.spectra import catalogue
-    from spectral_core.spectra.spectrum import Reflectance
-
-    file, _, wanted = name.partition(":")
-    if not Path(file).is_file():
-        return catalogue.reflectance(name)
-    found = [spectrum for spectrum in _read(Path(file)) if not wanted or spectrum.name == wanted]
-    if len(found) != 1:
-        raise InvalidInputError(f"{file} holds {len(found)} spectra that fit {name!r}; name one as FILE:NAME")
-    return Reflectance(found[0].name, found[0].grid, found[0].values)

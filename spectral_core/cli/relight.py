@@ -16,8 +16,7 @@ import numpy as np
 
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
 from spectral_core.files.whole import whole_file
-
-from . import _pictures
+from spectral_core.spectra.pictures import write_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -119,12 +118,12 @@ def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[s
     if out.suffix.lower() == ".mp4":
         return [_write_video(out, live, mixes)]
     if len(mixes) == 1:
-        _pictures.write_picture(out, live.picture(mixes[0])[::-1, :, :3])
+        write_picture(out, live.picture(mixes[0])[::-1, :, :3])
         return [str(out)]
     files = []
     for number, weights in enumerate(mixes, 1):
         path = out.with_name(f"{out.stem}_{number:04d}{out.suffix}")
-        _pictures.write_picture(path, live.picture(weights)[::-1, :, :3])
+        write_picture(path, live.picture(weights)[::-1, :, :3])
         files.append(str(path))
     return files
 
@@ -137,7 +136,7 @@ def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
         )
     with tempfile.TemporaryDirectory() as folder, whole_file(out) as unfinished:
         for number, weights in enumerate(mixes, 1):
-            _pictures.write_picture(Path(folder) / f"{number:05d}.png", live.picture(weights)[::-1, :, :3])
+            write_picture(Path(folder) / f"{number:05d}.png", live.picture(weights)[::-1, :, :3])
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # the codec halves the color planes
         done = subprocess.run(
             [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", even,

@@ -73,8 +73,8 @@ def _add_file(file: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from spectral_core.cli._pictures import require_ending
     from spectral_core.spectra import catalogue
+    from spectral_core.spectra.pictures import require_ending
 
     out = require_ending(arguments.out or Path(_stem(arguments.volume)).with_suffix(".png"))
     for name in arguments.light:
@@ -186,7 +186,7 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
         print(f"note: the picture is empty; the transfer function shows nothing of values from {low:g} to {high:g}")
     figures["pictures"] = _write_lights(arguments.light, image, path)
     if arguments.report:
-        from spectral_core.cli._volume_report import report
+        from spectral_core.cli.shared.volume_report import report
 
         figures["report"] = report(renderer, view, transfer, chosen, wanted)
     return figures
@@ -194,8 +194,8 @@ def _render(arguments: argparse.Namespace, volume: ScalarVolume, path: Path) -> 
 
 def _write_lights(names: list[str], image: Any, path: Path) -> list[str]:
     """One picture per light, all from the same amounts; the paths."""
-    from spectral_core.cli._pictures import write_picture
     from spectral_core.spectra import catalogue
+    from spectral_core.spectra.pictures import write_picture
     from spectral_core.volume.image import combine
     from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 

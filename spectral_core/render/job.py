@@ -15,11 +15,12 @@ from spectral_core.render.denoise import Guides
 from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
 from spectral_core.render.mitsuba_scene.assemble import scene_radius, size_note
-from spectral_core.render.mitsuba_scene.fluorescent import IN_MEDIA, emission_spectra, reradiation
+from spectral_core.render.mitsuba_scene.fluorescent import emission_spectra, reradiation
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.traced_spectra import light_spectra, reflectance_spectra
 from spectral_core.render.mitsuba_scene.units import in_working_units
+from spectral_core.render.passes.light_path import groups_by_light, light_pass_class
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
@@ -27,7 +28,7 @@ from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.guides import GuidePass
-from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, PathSettings
+from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
@@ -35,11 +36,6 @@ from spectral_core.render.volumes import volume_integrator
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
-MEDIA_LIMITS = (
-    "where light scatters inside a medium, every object and lamp meets every kind of ray, and bounces of one kind, "
-    "clamping and caustics have no limits of their own"
-)
-"""What our own paths do and Mitsuba's paths through media do not."""
 DYES_IN_BANDS = (
     "dyes send light out at other wavelengths than it comes at, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
@@ -115,7 +111,7 @@ class RenderJob:
         if measure.bands is not None and measure.groups and plan.is_on("fluorescence"):
             self._loaded_notes += (Note("Fluorescence", DYES_IN_BANDS),)
         try:
-            own_paths = not plan.is_on("media") and not self.scene.volumes
+            own_paths = not self.scene.volumes
             self._loaded = load_scene(
                 self.scene,
                 self._mitsuba,
@@ -133,7 +129,6 @@ class RenderJob:
                 self._loaded.scene,
                 () if own_paths else self._loaded.hidden,  # our own paths know what the camera does not see
                 self.scene.film.transparent,
-                self._loaded.camera_medium,
                 self._loaded.background,
                 Tables(self._mitsuba, self._loaded.rules),
             )
@@ -178,20 +173,39 @@ class RenderJob:
         return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
 
     def _surface_integrator(self) -> Any:
-        """What follows light between surfaces: our own paths, Mitsuba's where it scatters inside media."""
+        """What follows light between surfaces and through media."""
         plan, limits = self.plan, self.scene.settings.light_paths
-        if plan.is_on("media"):
-            self._loaded_notes += tuple(Note(name, IN_MEDIA) for name in self._loaded.parts.context.dyed)
-            if self._loaded.rules.need_paths or limits.is_tight:
-                self._loaded_notes += (Note("Light paths", MEDIA_LIMITS),)
-            depth = plan.bounces + 2  # Mitsuba counts path edges: the emitter seen directly is 1
-            description = {"type": "volpath", "max_depth": depth, "rr_depth": min(ROULETTE_BOUNCES, depth)}
-            return self._mitsuba.load_dict(description)
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
         # bodies of our own lamps stand in no shadow ray's way
         clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
         settings = PathSettings(plan.bounces, clear, limits, white)
+        wanted = self.scene.settings.passes
+        if wanted is not None and (wanted.light or wanted.light_groups) and not self.scene.volumes:
+            groups = wanted.light_groups
+            by_light = groups_by_light(self._loaded.parts.context.lights, groups)
+            tables = Tables(self._mitsuba, self._loaded.rules)
+            return light_pass_class(self.variant)(settings, tables, self._lights(), groups, by_light)
         return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights())
+
+    @property
+    def tells_light_apart(self) -> bool:
+        """Whether shares of the light are booked while the picture is traced."""
+        return all(hasattr(integrator, "book_into") for integrator in self._integrators.values())
+
+    @property
+    def light_sums(self) -> Accumulator:
+        """The sums that shares of the light are read from."""
+        return next(iter(self._sums.values()))
+
+    @property
+    def mitsuba(self) -> Any:
+        """The module with the job's variant."""
+        return self._mitsuba
+
+    @property
+    def unit(self) -> float:
+        """The renderer's units in one of the scene's."""
+        return self._unit
 
     def _lights(self) -> Any:
         """Our own tables of lights, or Mitsuba's emitters."""

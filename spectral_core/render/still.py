@@ -17,6 +17,7 @@ from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
 from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name, require_denoiser
 from spectral_core.render.job import Measure, RenderJob
+from spectral_core.render.moving import render_moving
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Note, Scene
@@ -48,7 +49,10 @@ class RenderResult:
     channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
     ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
     ``prediction`` and ``outcome``: error and time as they were expected and as they came, where one was asked for.
-    ``denoised``: what has denoised it, and with which guides; "" where nothing has.
+    ``denoised``: what has denoised it, and with which guides; "" where nothing has. ``passes``: those that the scene's
+    settings ask for, (height, width, channels) by the name that Cycles gives them, row 0 at the bottom; cryptomattes as
+    CryptoObject00, 01, …, light groups as Combined_ and their name. ``sample_counts``: (height, width) samples of each
+    pixel, None where all have as many.
     """
 
     pixels: Pixels
@@ -65,6 +69,8 @@ class RenderResult:
     prediction: Prediction | None = None
     outcome: Outcome | None = None
     denoised: str = ""
+    passes: dict[str, Pixels] = field(default_factory=dict)
+    sample_counts: Pixels | None = None
 
     @property
     def header(self) -> dict[str, str]:
@@ -102,7 +108,27 @@ def render_scene(
     are explained at ``Measure``. Raises InvalidInputError for a scene that cannot be rendered, RenderError where
     Mitsuba fails, MissingDependencyError where the scene asks for a denoiser and there is none.
     """
+    if scene.moments:
+
+        def instant(
+            still: Scene, show: Callable[[Progress], None], stop: Callable[[], bool] | None, plan: EffectPlan | None
+        ) -> RenderResult:
+            return _render_instant(still, show, stop, Measure(bands, groups, sampling_lights), plan)
+
+        return render_moving(scene, instant, on_progress, should_stop)
+    return _render_instant(scene, on_progress, should_stop, Measure(bands, groups, sampling_lights))
+
+
+def _render_instant(
+    scene: Scene,
+    on_progress: Callable[[Progress], None] | None,
+    should_stop: Callable[[], bool] | None,
+    measure: Measure,
+    plan: EffectPlan | None = None,
+) -> RenderResult:
+    """Render a scene that stands still; ``plan``: decisions that were made before."""
     start = time.perf_counter()
+    bands, groups, sampling_lights = measure.bands, measure.groups, measure.sampling_lights
     if scene.settings.denoise:
         require_denoiser()  # now, and not after an hour
     if bands is not None:
@@ -112,8 +138,9 @@ def render_scene(
     asked = is_asked(scene.settings)
     if asked and (groups or sampling_lights is not None):
         raise InvalidInputError("a recording traces equal samples everywhere; give it samples, no error or time")
-    plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
-    job = RenderJob(scene, plan, Measure(bands, groups, sampling_lights))
+    if plan is None:
+        plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
+    job = RenderJob(scene, plan, measure)
     if asked:
         return _finished(_asked(job, scene, start, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"
@@ -147,6 +174,21 @@ def render_scene(
 
 
 def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
+    """The result with its passes, denoised where the scene asks for that."""
+    wanted = job.scene.settings.passes
+    denoised = _denoised(made, job, start)
+    if wanted is None or made.status == "cancelled":
+        return denoised
+    from spectral_core.render.passes.finish import made_passes
+
+    counts = made.sample_counts
+    if counts is None:
+        counts = np.full(made.pixels.shape[:2], float(made.samples), np.float32)
+    passes, notes = made_passes(job, wanted, counts, made.pixels if job.scene.settings.denoise else None)
+    return replace(denoised, passes=passes, notes=(*denoised.notes, *notes), seconds=time.perf_counter() - start)
+
+
+def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
     """The result, denoised where the scene asks for that: each group and band by itself, all with the same guides."""
     if not job.scene.settings.denoise:
         return made
@@ -204,6 +246,7 @@ def _asked(
         band_pixels=made.band_pixels,
         prediction=made.prediction,
         outcome=made.outcome,
+        sample_counts=made.sample_counts,
     )
 
 

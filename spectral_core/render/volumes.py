@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import UnknownNameError
-from spectral_core.render.trace.camera_rays import camera_frame
+from spectral_core.render.lens.camera_rays import camera_frame
 from spectral_core.scene import Camera, Film, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume

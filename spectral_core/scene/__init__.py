@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One scene, described once as plain frozen data: Blender fills it, a script may, a sweep sends it elsewhere."""
 
-from spectral_core.scene.camera import Camera, Film
+from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.leaves import (
     Weight,
+    has_holes,
     leaves,
     map_leaves,
     mesh_inputs_of,
@@ -23,7 +24,9 @@ from spectral_core.scene.lights import (
     SunLight,
     World,
 )
+from spectral_core.scene.motion import Moment
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
@@ -36,11 +39,13 @@ from spectral_core.scene.surface import (
     Emission,
     Glass,
     Glossy,
+    Holdout,
     Material,
     Metal,
     MixSurface,
     Principled,
     ScatteringMedium,
+    Sheen,
     Subsurface,
     Surface,
     Toon,
@@ -53,6 +58,7 @@ __all__ = [
     "LARGEST",
     "UNLIMITED_PATHS",
     "AddSurface",
+    "Aperture",
     "AreaLight",
     "Camera",
     "Color",
@@ -64,6 +70,7 @@ __all__ = [
     "Fluorescent",
     "Glass",
     "Glossy",
+    "Holdout",
     "ImageTexture",
     "Instance",
     "Light",
@@ -71,10 +78,14 @@ __all__ = [
     "Material",
     "Mesh",
     "Metal",
+    "Mist",
     "MixSurface",
     "MixedPaint",
+    "Moment",
     "Note",
     "Paint",
+    "Panorama",
+    "Passes",
     "Photometry",
     "PointLight",
     "Principled",
@@ -84,6 +95,7 @@ __all__ = [
     "Scalar",
     "ScatteringMedium",
     "Scene",
+    "Sheen",
     "SpectralImage",
     "SpotLight",
     "Subsurface",
@@ -96,6 +108,7 @@ __all__ = [
     "Weight",
     "World",
     "gray",
+    "has_holes",
     "leaves",
     "map_leaves",
     "mesh_inputs_of",

@@ -10,8 +10,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.geometry import affine
+
+
+@dataclass(frozen=True, slots=True)
+class Aperture:
+    """Shape of the lens opening: ``blades`` corners (a circle below 3), turned, ``ratio`` times as high as wide."""
+
+    blades: int = 0
+    rotation_rad: float = 0.0
+    ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_range("aperture blades", self.blades, 0, 1000)
+        require_range("aperture rotation", self.rotation_rad, -1e6, 1e6, " rad")
+        require_range("aperture ratio", self.ratio, 1e-3, 1e3)
+
+
+PANORAMAS = {
+    "equirectangular": 4,
+    "fisheye_equidistant": 1,
+    "fisheye_equisolid": 4,
+    "fisheye_polynomial": 8,
+    "mirror_ball": 0,
+    "cube_face": 0,
+    "cylinder": 4,
+}
+"""How many numbers each kind of panorama has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Panorama:
+    """Which direction each place of the picture looks in, as Blender's panoramic cameras have it.
+
+    ``numbers`` by kind, angles in rad, lengths in mm: ``equirectangular``: least and largest longitude, least and
+    largest latitude. ``fisheye_equidistant``: field of view. ``fisheye_equisolid``: lens, field of view, width and
+    height of the sensor. ``fisheye_polynomial``: coefficients 0 to 4, field of view, width and height of the sensor.
+    ``cylinder``: least and largest longitude, least and largest height over the radius.
+    """
+
+    kind: str
+    numbers: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.kind not in PANORAMAS:
+            raise UnknownNameError.among("kind of panorama", self.kind, PANORAMAS)
+        if len(self.numbers) != PANORAMAS[self.kind]:
+            raise InvalidInputError(
+                f"a panorama of kind {self.kind!r} has {len(self.numbers)} numbers; expected {PANORAMAS[self.kind]}"
+            )
+        for value in self.numbers:
+            require_range("panorama number", value, -1e9, 1e9)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -21,10 +71,12 @@ class Camera:
     ``field_of_view_rad``: full angle over the frame's larger side if ``sensor_fit`` is ``"auto"``, over its width or
     height otherwise. ``orthographic_scale``: extent over that same side, in world units. ``shift``: fraction of that
     same side by which the picture's center moves right and up. ``aperture_radius``: 0 for no depth of field.
+    ``panorama``: what a panoramic camera shows; its shift is a fraction of each side, its field of view that of its
+    middle.
     """
 
     world_from_camera: NDArray[np.float64]
-    kind: Literal["perspective", "orthographic"] = "perspective"
+    kind: Literal["perspective", "orthographic", "panoramic"] = "perspective"
     field_of_view_rad: float = np.radians(40.0)
     orthographic_scale: float = 6.0
     sensor_fit: Literal["auto", "width", "height"] = "auto"
@@ -33,6 +85,8 @@ class Camera:
     focus_distance: float = 10.0
     near: float = 0.1
     far: float = 1000.0
+    aperture: Aperture = Aperture()
+    panorama: Panorama | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_camera", affine("camera", self.world_from_camera))
@@ -46,6 +100,8 @@ class Camera:
         require_range("camera far", self.far, 1e-30, 1e30)
         if not 0 < self.near < self.far:
             raise InvalidInputError(f"camera clips at {self.near:g} and {self.far:g}; expected 0 < near < far")
+        if (self.kind == "panoramic") != (self.panorama is not None):
+            raise InvalidInputError("a camera has a panorama where its kind is 'panoramic', and there alone")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,5 +146,5 @@ class Film:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of what is rendered: the crop, else the whole frame."""
+        """Width and height of the rendered part: the crop, or the whole frame."""
         return (self.crop[2], self.crop[3]) if self.crop else (self.width, self.height)

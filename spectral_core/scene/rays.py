@@ -10,7 +10,7 @@ from spectral_core.checks import require_range
 
 
 class Rays(IntFlag):
-    """What a ray is, by how it left the last surface; straight through a transparent one it stays what it was."""
+    """Kind of a ray, given by how it left the last surface; a transparent surface does not change it."""
 
     NONE = 0
     CAMERA = 1
@@ -29,8 +29,9 @@ UNLIMITED = 1 << 20
 class LightPaths:
     """Where paths end beside the plan's own count, as Cycles' settings of the same names say.
 
-    ``diffuse``, ``glossy``, ``transmission``: bounces of that kind. ``transparent``: surfaces that a ray passes.
-    ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; what is above is lost.
+    ``diffuse``, ``glossy``, ``transmission``, ``volume``: bounces of that kind. ``transparent``: surfaces that a
+    ray passes. ``clamp_direct``, ``clamp_indirect``: largest mean of a sample's channels, 0 for no limit; what is above
+    is lost.
     ``reflective_caustics``, ``refractive_caustics``: whether what was scattered diffusely meets mirrors and glass.
     """
 
@@ -38,20 +39,21 @@ class LightPaths:
     glossy: int = UNLIMITED
     transmission: int = UNLIMITED
     transparent: int = UNLIMITED
+    volume: int = UNLIMITED
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     reflective_caustics: bool = True
     refractive_caustics: bool = True
 
     def __post_init__(self) -> None:
-        for name in ("diffuse", "glossy", "transmission", "transparent"):
+        for name in ("diffuse", "glossy", "transmission", "transparent", "volume"):
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
         for name in ("clamp_direct", "clamp_indirect"):
             require_range(name, getattr(self, name), 0.0, 1e30)
 
     @property
     def is_tight(self) -> bool:
-        """Whether they cut off more than Blender's own defaults do, which is what shows."""
+        """Whether they cut off visibly more light than Blender's own defaults do."""
         few = self.diffuse < 4 or self.glossy < 4 or self.transmission < 12 or self.transparent < 8
         dimmed = self.clamp_direct > 0 or 0 < self.clamp_indirect < 10
         return few or dimmed or not (self.reflective_caustics and self.refractive_caustics)

@@ -71,6 +71,7 @@ class Glass(_Numbers):
     ior: float | Spectrum = 1.5
     normal: Computed | None = None
     reflects: bool = True
+    multiple_scattering: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +115,21 @@ class Transparent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Sheen(_Numbers):
+    """Fibers or dust that shine toward grazing angles; ``microfiber``: Blender's own model, else Ashikhmin's."""
+
+    color: Paint = field(default_factory=lambda: gray(0.8))
+    roughness: Scalar = 0.5
+    microfiber: bool = True
+    normal: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holdout:
+    """Shows nothing; where the camera sees it, the picture has a hole."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Emission(_Numbers):
     """Emits ``color · strength`` as radiance: (1, 1, 1) · 1 is a white pixel of value 1 seen directly."""
 
@@ -154,6 +170,8 @@ class Principled(_Numbers):
     diffuse_roughness: Scalar = 0.0
     multiple_scattering: bool = True
     sheen_weight: Scalar = 0.0
+    sheen_roughness: Scalar = 0.5
+    sheen_tint: Paint = field(default_factory=lambda: gray(1.0))
     subsurface_weight: Scalar = 0.0
     subsurface_radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
     subsurface_scale: Scalar = 0.05
@@ -174,7 +192,7 @@ class MixSurface(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddSurface:
-    """Both at once: the sum of what they scatter and emit."""
+    """Both surfaces at once: their scattered and emitted light is added."""
 
     first: Surface
     second: Surface
@@ -188,6 +206,8 @@ Closure = (
     | Toon
     | Metal
     | Transparent
+    | Holdout
+    | Sheen
     | Emission
     | Principled
     | Subsurface
@@ -202,7 +222,8 @@ class ScatteringMedium(_Numbers):
 
     ``density · extinction``: extinction 1/length, per wavelength where ``extinction`` is a color or spectrum;
     ``color``: single-scattering albedo; ``anisotropy``: Henyey-Greenstein g; ``emission_color · emission_strength``:
-    radiance emitted per unit length.
+    radiance emitted per unit length. ``lobes``: in place of ``anisotropy``, weight, g and α of phase functions by
+    Draine that add up (α 0 is Henyey and Greenstein's).
     """
 
     density: float = 1.0
@@ -211,17 +232,28 @@ class ScatteringMedium(_Numbers):
     anisotropy: float = 0.0
     emission_color: Paint = field(default_factory=lambda: gray(1.0))
     emission_strength: float = 0.0
+    lobes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         _Numbers.__post_init__(self)  # slots make another class of this one, which super() would not know
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
+        require_range("ScatteringMedium emission strength", self.emission_strength, 0.0, LARGEST)
+        for weight, g, alpha in self.lobes:
+            require_range("weight of a phase function", weight, 0.0, 1e6)
+            require_range("g of a phase function", g, -1.0, 1.0)
+            require_range("α of a phase function", alpha, 0.0, 1e6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows."""
+    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows.
+
+    ``index``: number for the pass Material Index. ``outputs``: what it writes to AOVs, by their name.
+    """
 
     name: str
     surface: Surface | None = field(default_factory=Diffuse)
     medium: ScatteringMedium | None = None
+    index: int = 0
+    outputs: tuple[tuple[str, Paint | Scalar], ...] = ()

@@ -68,9 +68,9 @@ class PreparedTransfer:
         types, volume = self.field.types, self.field.device_volume
         if with_integrals not in self._tables:
             self._tables[with_integrals] = DeviceTable(types, self.table, volume, integrals=with_integrals)
-        scale, floor, boldest, shortest = (
+        scale, floor, most_stretch, shortest = (
             dr.opaque(types.Float, float(v))
-            for v in (stepping.scale, limits.least_transmittance, limits.boldest, limits.shortest_step)
+            for v in (stepping.scale, limits.least_transmittance, limits.most_stretch, limits.shortest_step)
         )
         return MarchInput(
             volume,
@@ -79,7 +79,7 @@ class PreparedTransfer:
             scale,
             stepping.quadrature,
             floor,
-            boldest,
+            most_stretch,
             shortest,
             self.gradient,
             self.weights,

@@ -19,13 +19,13 @@ def _state(kind: str) -> str:
     from blender_addon.translate.shading import media, surfaces
     from blender_addon.translate.shading.reader import EVALUATORS
 
-    if kind in ELSEWHERE or kind in media.MEDIA:
+    if kind in ELSEWHERE or kind in media.FILLS:
         return "Read"
     if kind in EVALUATORS:
         return "Stand-in" if EVALUATORS[kind].__name__ in ("_not_read", "_pattern") else "Read"
     if kind in surfaces.SURFACES:
         read = surfaces.SURFACES[kind]
-        return "Stand-in" if "_diffuse_like" in read.__qualname__ or read.__name__ == "_holdout" else "Read"
+        return "Stand-in" if "_diffuse_like" in read.__qualname__ or read.__name__ == "_eevee" else "Read"
     return "Not read"
 
 

@@ -109,8 +109,8 @@ def test_points_that_the_page_added_are_rendered_by_another_process(scene: Any) 
 def test_pictures_are_shown_through_the_view_transform_of_the_file(scene: Any, tmp_path: Path) -> None:  # noqa: F811
     from PIL import Image
 
-    from spectral_core.explore.features.png import display_png
     from spectral_core.explore.sweep.parameters import Parameter
+    from spectral_core.spectra.pictures import display_png
 
     parameter = Parameter("type", kind="choice", choices=("POINT", "SPOT"), path=SHAPE)
     shown = {}

@@ -133,6 +133,7 @@ def test_osc_packets_are_read_strictly_and_later_bundles_block_nothing() -> None
         deep = bundle(1, deep)
     assert list(numbers_in(deep)) == [("/a", 0.5)]
     for broken in (whole[:-2], whole[:-4], b"", b"\0\0\0\0", b"#bundle\0" + b"\0" * 8 + struct.pack(">i", 99) + whole,
+                   b"#bundle\0" + b"\0" * 8 + struct.pack(">i", len(whole) + 4) + whole,
                    whole[:4] + whole[8:], b"abcd" * 3):  # fmt: skip
         with pytest.raises((ValueError, struct.error)):
             list(numbers_in(broken))

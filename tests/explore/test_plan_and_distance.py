@@ -16,7 +16,7 @@ from benchmarks._cinema_check import problems
 from spectral_core.cli import main
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.steps import add_distance
-from spectral_core.explore.features.png import read_linear
+from spectral_core.explore.features.picture_files import read_linear
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.task import StoreAddress
 from tests.explore.test_sweep import opened, sweep_file

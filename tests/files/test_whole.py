@@ -127,9 +127,7 @@ WITHIN_WHOLE = {
     "blender_addon/commands/render.py": 1,
     "blender_addon/operators/dial.py": 2,
     "blender_addon/translate/view_transform.py": 1,  # a picture in a temporary folder, read back at once
-    "spectral_core/cli/_pictures.py": 2,
     "spectral_core/cli/lattice.py": 2,
-    "spectral_core/explore/features/png.py": 1,  # an image library's own file in memory
     "spectral_core/explore/page/static.py": 3,
     "spectral_core/explore/sweep/files.py": 1,
     "spectral_core/explore/sweep/store.py": 1,  # a copy of a whole folder, to a new one
@@ -137,6 +135,7 @@ WITHIN_WHOLE = {
     "spectral_core/files/exr.py": 1,
     "spectral_core/files/whole.py": 4,
     "spectral_core/lattice/measure/plotting.py": 1,
+    "spectral_core/spectra/pictures.py": 3,  # one of them into a temporary folder, read back at once
     "spectral_core/volume/files/nrrd_format.py": 1,
     "spectral_core/volume/files/openvdb_format.py": 1,
     "spectral_core/volume/files/vdb/write.py": 1,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.trace.camera_rays import CameraFrame, camera_frame
+from spectral_core.render.lens.camera_rays import CameraFrame, camera_frame
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.wavelengths import FIRST_NM, LAST_NM, WavelengthPlan
 from spectral_core.scene import Camera, Film

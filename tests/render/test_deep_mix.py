@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixes of many shaders: leaves of equal build are rows of a table, and nobody can tell from the picture."""
+"""Mixes of many shaders: their leaves are rows of tables, and nobody can tell from the picture."""
 
 from __future__ import annotations
 
@@ -39,31 +39,44 @@ def _glossy(rng):
     return Glossy(Color(rng.random(3)), 0.1 + 0.8 * float(rng.random()))
 
 
-def _picture(surface, transport="rgb"):
+def _picture(surface, transport="rgb", samples=8):
     lamp = PointLight(name="lamp", world_from_light=matrix((1, 0, 2)), power_w=100.0)
-    scene = lit_plane(lamp, surface=surface, film=Film(8, 8, samples=8), transport=transport)
+    scene = lit_plane(lamp, surface=surface, film=Film(8, 8, samples=samples), transport=transport)
     return render_scene(replace(scene, world=World(Color([0.3, 0.4, 0.5])))).pixels
 
 
-@pytest.mark.parametrize("transport", ["rgb", "spectral"])
-def test_a_table_of_leaves_renders_as_the_leaves_do(monkeypatch, transport):
-    from spectral_core.render.mitsuba_scene import leaf_rows
+def _chain(leaves, factors):
+    surface = leaves[0]
+    for leaf, factor in zip(leaves[1:], factors, strict=True):
+        surface = MixSurface(factor, surface, leaf)
+    return surface
 
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_mix_renders_as_the_weighted_sum_of_its_leaves(transport):
+    """One kernel serves every mix: a factor near 0 or 1 shows one leaf, any other their sum."""
     rng = np.random.default_rng(5)
-    matt = [Diffuse(Color(rng.random(3))) for _ in range(3)]
-    noisy = [Diffuse(Computed(noise_program(2.0 + k))) for k in range(3)]
-    clear = [Transparent(Color(rng.random(3))) for _ in range(3)]
-    leaves = [*(_glossy(rng) for _ in range(3)), *matt, *noisy, *clear, Glossy(Color([0.2, 0.3, 0.4]), 0.0)]
-    order = rng.permutation(len(leaves))
-    surface = _mixed(
-        [leaves[k] for k in order], rng, lambda r: Computed(noise_program(1.0)) if r.random() < 0.2 else 0.3
-    )
-    together = _picture(surface, transport)
-    monkeypatch.setattr(leaf_rows, "FEWEST", 1000)
-    alone = _picture(surface, transport)
-    assert alone[..., :3].std() > 0
-    # the same leaves in another order are drawn by other numbers, so pictures agree but for noise
-    np.testing.assert_allclose(together.mean((0, 1)), alone.mean((0, 1)), rtol=0.05)
+    leaves = [
+        _glossy(rng),
+        Diffuse(Color(rng.random(3))),
+        Transparent(Color(rng.random(3))),
+        Diffuse(Computed(noise_program(2.0))),
+        _glossy(rng),
+        Glossy(Color([0.2, 0.3, 0.4]), 0.0),
+    ]
+    factors = [0.3, 0.4, 0.25, 0.5, 0.2]
+    weights, rest = [], 1.0
+    for factor in reversed(factors):
+        weights.insert(0, rest * factor)
+        rest *= 1 - factor
+    weights.insert(0, rest)
+    alone = []
+    for chosen in range(len(leaves)):
+        only = [1 - 1e-6 if k == chosen else 1e-6 for k in range(1, len(leaves))]
+        alone.append(_picture(_chain(leaves, only), transport, 64)[..., :3].mean((0, 1)))
+    assert np.std(alone, axis=0).min() > 0.05
+    together = _picture(_chain(leaves, factors), transport, 64)[..., :3].mean((0, 1))
+    np.testing.assert_allclose(together, np.array(weights) @ np.array(alone), rtol=0.03)
 
 
 def test_more_leaves_of_equal_build_need_no_new_kernel():

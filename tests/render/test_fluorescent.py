@@ -21,7 +21,6 @@ from spectral_core.scene import (
     Diffuse,
     Film,
     Fluorescent,
-    Glass,
     Instance,
     Material,
     MixSurface,
@@ -132,16 +131,20 @@ def test_rgb_transport_shows_the_color_by_day_and_says_so():
     assert any("under daylight: RGB transport knows no other wavelengths" in note.message for note in job.notes)
 
 
-def test_media_say_that_dyes_are_dark_in_them():
-    scene = lit(closure(PAINT), led(405), samples=1, overrides=(("media", "on"),))
-    fog = Material("fog", Glass(), ScatteringMedium(1.0))
-    scene = replace(
+def test_dyes_shine_beside_a_medium_as_without_one():
+    scene = lit(closure(PAINT), led(405), transport="spectral")
+    settings = replace(scene.settings, overrides=(("media", "on"),))
+    fog = Material("fog", None, ScatteringMedium(1.0))
+    far = replace(
         scene,
+        settings=settings,
         materials=(*scene.materials, fog),
-        instances=(*scene.instances, Instance("cube", "square", at(0, 0, 1), ("fog",))),
+        instances=(*scene.instances, Instance("cube", "square", at(500, 0, 0), ("fog",))),
     )
-    job = RenderJob(scene, plan_effects(scene, pilot=False))
-    assert any("send out no light where light scatters inside media" in note.message for note in job.notes)
+    alone, noise, _ = shown(scene)
+    beside, more, job = shown(far)
+    assert not job.notes
+    assert np.all(np.abs(beside - alone) <= 4.5 * np.hypot(noise, more)), (beside, alone, noise, more)
 
 
 def test_more_light_than_comes_is_refused_with_a_way_out():

@@ -46,7 +46,7 @@ def test_empty_and_relative_entries_of_the_path_are_left_out(trap: Path, monkeyp
     monkeypatch.setattr(sys, "path", ["", ".", str(trap.parent), *sys.path])
     assert str(trap.parent) not in child.trusted_path()
     assert all(Path(entry).is_absolute() for entry in child.trusted_path())
-    line = child.command(sys.executable, "spectral_core.cli._trial", "nothing")
+    line = child.command(sys.executable, "spectral_core.cli.shared.trial", "nothing")
     done = subprocess.run(line, capture_output=True, text=True, cwd=trap.parent, env=child.environment())
     assert "KeyError: 'nothing'" in done.stderr
     assert not trap.exists(), trap.read_text()
@@ -63,7 +63,7 @@ def test_nor_from_a_user_site(tmp_path: Path) -> None:
     site.mkdir(parents=True)
     mark = tmp_path / "executed"
     (site / "usercustomize.py").write_text(f"open({str(mark)!r}, 'w')\n")
-    line = child.command(sys.executable, "spectral_core.cli._trial", "nothing")
+    line = child.command(sys.executable, "spectral_core.cli.shared.trial", "nothing")
     subprocess.run(line, capture_output=True, env={**child.environment(), "PYTHONUSERBASE": str(tmp_path)})
     assert not mark.exists()
 

@@ -12,6 +12,7 @@ from spectral_core.render import render_scene
 from spectral_core.scene import (
     Camera,
     Color,
+    Emission,
     Film,
     Glass,
     Instance,
@@ -27,7 +28,7 @@ from spectral_core.scene import (
     gray,
 )
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
-from tests.render.scenes import lit_plane, matrix, sphere_mesh
+from tests.render.scenes import lit_plane, matrix, plane, sphere_mesh
 
 pytest.importorskip("mitsuba")
 
@@ -76,20 +77,59 @@ def test_a_plan_without_media_leaves_the_fog_out():
     assert render_scene(clear).pixels[..., :3].mean() == pytest.approx(1.0, abs=1e-4)
 
 
-def test_rules_for_kinds_of_rays_are_named_where_a_medium_scatters():
-    """Paths through media do not know them: the picture says so, and only where there are such rules."""
-    plain = replace(_in_white_world(ScatteringMedium(density=1.0)), film=Film(4, 4, samples=1))
-    hidden = replace(plain.instances[0], hidden_from=Rays.GLOSSY)
-    ruled = replace(plain, instances=(hidden,))
-    tight = replace(plain, settings=replace(plain.settings, light_paths=LightPaths(clamp_direct=1.0)))
-    told = [[n.message for n in render_scene(s).notes if n.subject == "Light paths"] for s in (plain, ruled, tight)]
-    assert [len(each) for each in told] == [0, 1, 1]
-    assert "every object and lamp meets every kind of ray" in told[1][0]
+def test_a_light_that_media_do_not_see_leaves_the_fog_dark():
+    lamp = PointLight(name="lamp", world_from_light=matrix((3, 0, 0)), power_w=500.0)
+    dark = replace(_in_white_world(ScatteringMedium(density=1.0)), world=World(), lights=(lamp,))
+    lit = render_scene(dark).pixels[..., :3].mean()
+    hidden = replace(dark, lights=(replace(lamp, hidden_from=Rays.VOLUME),))
+    assert lit > 0.02 and render_scene(hidden).pixels[..., :3].max() == 0
 
 
-def test_a_glowing_medium_is_noted():
-    scene = _in_white_world(ScatteringMedium(density=1.0, emission_strength=2.0))
-    assert [note.subject for note in render_scene(scene).notes] == ["fog"]
+def test_bounces_in_media_have_a_limit_of_their_own():
+    """In a white world a white cloud is seen by what scatters once, and by what is not scattered at all."""
+    scene = _in_white_world(ScatteringMedium(density=1.0, color=gray(1.0)))
+    values = []
+    for most in (0, 1, 1000):
+        limited = replace(scene, settings=replace(scene.settings, light_paths=LightPaths(volume=most)))
+        values.append(float(render_scene(limited).pixels[..., :3].mean()))
+    assert np.exp(-2) + 0.05 < values[0] < values[1] - 0.05 and values[2] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("density", [0.0, 0.8])
+def test_a_glowing_medium_gathers_light_along_the_way(density):
+    medium = ScatteringMedium(density=density, color=gray(0.0), emission_strength=0.3)
+    scene = replace(_in_white_world(medium), world=World())
+    length = 2.0 if density == 0 else (1 - np.exp(-density * 2)) / density
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(0.3 * length, rel=0.01)
+
+
+def test_a_medium_of_all_space_dims_by_the_way_to_the_camera():
+    glow = Material("glow", Emission(gray(1.0), 1.0))
+    scene = replace(
+        _in_white_world(None), meshes=(plane(50.0, "box"),), materials=(glow,), world=World(
+            gray(1.0), medium=ScatteringMedium(density=0.4, color=gray(0.0))),
+        instances=(Instance("cube", "box", np.eye(4), ("glow",)),),
+    )  # fmt: skip
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-0.4 * 4), rel=0.01)
+    nothing = replace(scene, instances=())  # no light comes from beyond all fog
+    assert render_scene(nothing).pixels[..., :3].max() < 1e-6
+
+
+def test_absorption_inside_of_another_medium_gives_way_to_it():
+    """A clear core in a dark cube: its way is not dimmed, the cube's around it is."""
+    outer, inner = ScatteringMedium(density=1.0, color=gray(0.0)), ScatteringMedium(density=1e-6, color=gray(0.0))
+    scene = _in_white_world(outer)
+    core = Instance("core", "box", np.diag([2.0, 2.0, 1.0, 1.0]), ("core",))
+    scene = replace(
+        scene, materials=(*scene.materials, Material("core", None, inner)), instances=(*scene.instances, core)
+    )
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(np.exp(-1.0), rel=0.02)
+
+
+@pytest.mark.parametrize("lobes", [((1.0, 0.5, 3.0),), ((0.7, 0.9, 0.0), (0.3, -0.2, 2.0))])
+def test_phase_functions_keep_all_light(lobes):
+    cloud = ScatteringMedium(density=2.0, color=gray(1.0), lobes=lobes)
+    assert render_scene(_in_white_world(cloud)).pixels[..., :3].mean() == pytest.approx(1.0, abs=0.02)
 
 
 def _prism(transport=None, dispersive=True):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passing over values that show nothing: how far is certain, and what bold steps may cost."""
+"""Passing over values that show nothing: how far is certain, and what speculative steps may cost."""
 
 import numpy as np
 import pytest
@@ -74,7 +74,7 @@ def test_slopes_survive_data_whose_squares_do_not(scale, rng):
 
 
 @pytest.mark.parametrize("name", ["marschner-lobb", "noise", "shells", "gaussians"])
-def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
+def test_careful_march_misses_nothing_and_speculative_one_hardly_anything(name):
     pytest.importorskip("drjit")
     from spectral_core.volume.image import Stepping
     from spectral_core.volume.renderer import VolumeRenderer
@@ -91,8 +91,8 @@ def test_careful_march_misses_nothing_and_bold_one_hardly_anything(name):
     truth, _ = picture(Stepping("uniform", "preintegrated", 0.004), REFERENCE)
     way = Stepping("error", "preintegrated", 0.02)
     careful, slow = picture(way, REFERENCE)
-    bold, quick = picture(way, Limits())
-    assert snr_db(truth, careful - truth) > 55.0 and snr_db(truth, bold - truth) > 55.0
+    speculative, quick = picture(way, Limits())
+    assert snr_db(truth, careful - truth) > 55.0 and snr_db(truth, speculative - truth) > 55.0
     assert quick < 0.95 * slow
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from blender_addon.commands import main
-from spectral_core.cli._pictures import png_bytes
+from spectral_core.spectra.pictures import png_bytes
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "transfer"
 

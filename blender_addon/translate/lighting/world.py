@@ -18,6 +18,7 @@ from ..ledger import note_changed, note_nodes
 from ..shading import surfaces  # noqa: F401  (surfaces brings the nodes that Reader knows)
 from ..shading.fields import mean_color
 from ..shading.images import image_of_node
+from ..shading.media import medium_of
 from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, linked, surface_output
@@ -43,9 +44,12 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
     suns: tuple[SunLight, ...] = ()
+    output, medium = surface_output(tree, "OUTPUT_WORLD"), None
+    if output is not None:
+        medium = medium_of(Reader(translation, world.name), output)
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
-    elif needs_directions(surface_output(tree, "OUTPUT_WORLD")):
+    elif needs_directions(output):
         lights, sees, suns = surroundings(translation, world, camera, own)
     else:
         reader = Reader(translation, world.name)
@@ -54,7 +58,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
     if spectrum is not None:
         lights = sees = Term(spectrum, lights.strength * spectra.strength_of(translation, world))
         suns = ()
-    made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, **own)
+    made = World(color=lights.color, strength=lights.strength, world_from_environment=lights.turn, medium=medium, **own)
     if sees == lights or Rays.CAMERA & own["hidden_from"]:
         return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
@@ -66,8 +70,6 @@ def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
     output = surface_output(tree, "OUTPUT_WORLD")
     if output is None:
         return [], []
-    if linked(Input(output.inputs["Volume"])) is not None:
-        reader.note("a volume in the world is left out")
     source = linked(Input(output.inputs["Surface"]))
     light = _terms(reader, source, 1.0, camera=False)
     # one that tells no rays apart is read once, so that both are the same

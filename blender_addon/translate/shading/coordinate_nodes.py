@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 
 from .attributes import view_layer_attribute
@@ -177,6 +178,12 @@ def _bump(reader: Reader, output: Output) -> Any:
     return reader.emit("bump", normal, reader.read(output, "Strength", 1.0), distance, *heights, *steps)
 
 
+def _is_what_renders(uv_map: str, material: str) -> bool:
+    """Whether the UV map that renders has this name on every mesh that wears the material."""
+    wearers = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
+    return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in wearers)
+
+
 @evaluator("NORMAL_MAP")
 def _normal_map(reader: Reader, output: Output) -> Any:
     node = output.node
@@ -188,7 +195,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
     if source is not None and source.node.type != "TEX_IMAGE":  # computed normals lean further than baked ones
         reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
-        if node.uv_map:
+        if node.uv_map and not _is_what_renders(node.uv_map, reader.owner):
             reader.note(f"{output.label!r}: its tangents follow the UV map that renders, not {node.uv_map!r} by name")
         axes = reader.point("tangent"), reader.point("bitangent")
         return reader.emit("normal_map", color, strength, reader.point("normal"), *axes)

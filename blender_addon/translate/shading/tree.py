@@ -22,7 +22,7 @@ class Input:
         return self.socket.node
 
     def source(self) -> Output | Input:
-        """What feeds it: the output of a working node, or the input whose own value counts."""
+        """Its source: the output of a working node, or the input whose own value is used."""
         place: Input = self
         for _ in range(MOST_HOPS):
             link = _link(place.socket)
@@ -58,13 +58,13 @@ class Output:
         return _named(self.node.inputs, name, self.groups)
 
     def value(self, name: str, fallback: Any = None) -> Any:
-        """What the input itself holds, whether linked or not; ``fallback`` where it does not exist."""
+        """Value of the input itself, also of a linked one; ``fallback`` where it does not exist."""
         found = self.input(name)
         return fallback if found is None or found.default is None else found.default
 
     @property
     def label(self) -> str:
-        """What the user calls the node."""
+        """The node's label, or its type's name."""
         node = self.node
         return str(node.label or (node.bl_label if hasattr(node, "bl_label") else node.name))
 

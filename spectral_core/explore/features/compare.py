@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.explore.features.expression import as_column
 from spectral_core.explore.features.images import difference_features
-from spectral_core.explore.features.png import read_linear
+from spectral_core.explore.features.picture_files import read_linear
 from spectral_core.explore.sweep.files import inside
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def distances_to(features: Array, row: int, p: float = 2.0) -> Array:
 
 def picture_features(store: Store, rows: Sequence[Mapping[str, str]], size: int = 16) -> Array:
     """Pictures (rows, 3·size²) scaled to size × size, for distances between pictures; Lab, each channel over 100."""
-    from spectral_core.explore.features.png import read_display
+    from spectral_core.explore.features.picture_files import read_display
     from spectral_core.spectra.color import lab_from_linear_rgb, linear_from_display_rgb
 
     stacked = []

@@ -29,7 +29,7 @@ MOST_ROWS = 200_000
 
 @dataclass(frozen=True, slots=True)
 class PageTable:
-    """What a page shows. ``columns``: values by name; ``about``: role, unit, group, log by name."""
+    """Contents of a page. ``columns``: values by name; ``about``: role, unit, group, log by name."""
 
     title: str
     table_id: str
@@ -70,7 +70,7 @@ def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) 
 
     Parameters
     ----------
-    table : what to show.
+    table : the contents.
     thumbnails : put small pictures into the page, up to ``MOST_THUMBNAILS``; needs Pillow.
     live : for ``explore --serve``: the page may ask the server that sent it.
     """
@@ -130,7 +130,7 @@ def _thumbnails(table: PageTable, files: Sequence[str]) -> dict[str, Any] | None
     """Sprite sheets of small pictures, WebP in data addresses; None where there is nothing to show them from."""
     if table.folder is None or not any(files) or len(files) > MOST_THUMBNAILS:
         return None
-    from spectral_core.explore.features.png import encode, read_display
+    from spectral_core.explore.features.picture_files import encode, read_display
 
     sheets = []
     for start in range(0, len(files), PER_SHEET):

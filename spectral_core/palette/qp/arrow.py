@@ -58,6 +58,7 @@ def median_weight(problem: Quadratic) -> tuple[float, float]:
     """Lower median and least of all finite weights; 1 where there is none."""
     parts = [problem.known_weights, *(block.weights for block in problem.blocks)]
     weights = np.concatenate(parts)
+    # The lower median: one weight that is dragged far away does not move the unit.
     weights = np.sort(weights[np.isfinite(weights) & (weights > 0)])
     if weights.size == 0:
         return 1.0, 1.0
@@ -73,9 +74,11 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
     in_border = exact | (relative > cap)
     weighted = weights[:, None] * block.rows
     hessian = weighted.T @ block.rows + block.gram / unit
+    # Relative to the mean of the diagonal, which is positive; 1e-12 for a block without rows.
     hessian.flat[:: len(hessian) + 1] += RIDGE * max(float(hessian.trace()) / len(hessian), 1e-12)
     tied = weights[:, None] * block.ties
     with np.errstate(divide="ignore"):
+        # Two springs side by side: the stiffness cap in H and ω − cap in the border make ω.
         compliance = np.where(exact, 0.0, 1.0 / (relative - weights))[in_border]
     return Spectrum(
         hessian,
@@ -95,6 +98,7 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
 
 def retargeted(before: Spectrum, block: Block) -> Spectrum:
     """The squares of a block of which only targets changed: H, and factors of it, stay."""
+    # Only right-hand sides are computed: O(m n), where H costs O(m n²).
     forces = before.weights * block.targets
     return replace(
         before,
@@ -111,6 +115,7 @@ class Factors:
         self._border, self.hessian, self.free = spectrum.border, hessian, free
         self._at = np.flatnonzero(free)
         self._all = self._at.size == free.size
+        # take along both axes is several times faster than np.ix_ at these sizes.
         inner = hessian if self._all else hessian.take(self._at, axis=0).take(self._at, axis=1)
         # Without smoothness H may be singular to rounding; more ridge then costs digits, not the answer.
         self._factor, failed = dpotrf(inner, lower=1)
@@ -121,9 +126,12 @@ class Factors:
         if failed:
             raise np.linalg.LinAlgError("a spectrum's quadratic form is not positive definite")
         if len(self._border):
+            # Schur complement of H in the border rows: its size is the number of exact and heavy rows, a few.
             self._border_solved = self._solved(self._border)
             schur = self._border @ self._border_solved.T
             least = STIFFNESS * max(float(schur.diagonal().max()), 1e-300)
+            # Two exact rows that ask the same make the complement singular; the least compliance shares the force
+            # between them.
             schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur
 
@@ -141,7 +149,8 @@ class Factors:
         values = self._solved(right)
         if not len(self._border):
             return values, np.zeros((len(right), 0))
-        multipliers = _symmetric_solve(self._schur, (values @ self._border.T - border_right).T).T
+        # Block elimination: x without the border first, then the forces that close the rows, then their effect on x.
+        multipliers = symmetric_solve(self._schur, (values @ self._border.T - border_right).T).T
         return values - multipliers @ self._border_solved, multipliers
 
 
@@ -151,10 +160,11 @@ def _ridged(matrix: Array, share: float) -> Array:
     return ridged
 
 
-def _symmetric_solve(matrix: Array, right: Array) -> Array:
+def symmetric_solve(matrix: Array, right: Array) -> Array:
     factor, failed = dpotrf(matrix, lower=1)
     if not failed:
         return np.asarray(dpotrs(factor, right, lower=1)[0])
+    # Not positive definite by rounding: the least-squares solution ignores directions without curvature.
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-14)[0])
 
 
@@ -164,6 +174,8 @@ class Arrow:
     def __init__(self, problem: Quadratic) -> None:
         self.problem = problem
         self.unit, lightest = median_weight(problem)
+        # At most eight decades between the lightest weight and the cap leave the lightest one half of the sixteen
+        # digits.
         self.cap = min(CAP, CAP_OVER_LIGHTEST * lightest / self.unit)
         self.spectra = [squared(block, self.unit, self.cap) for block in problem.blocks]
         self._known()
@@ -183,6 +195,7 @@ class Arrow:
         """Take a like problem of which only some blocks differ; False where weights differ too much for that."""
         unit, lightest = median_weight(problem)
         cap = min(CAP, CAP_OVER_LIGHTEST * lightest / unit)
+        # Unit and cap are kept while they are of the right size: dividing all blocks anew would lose all factors.
         if not (0.1 < unit / self.unit < 10 and 0.1 < cap / self.cap < 10):
             return False
         before, self.problem = self.problem, problem
@@ -207,6 +220,7 @@ class Arrow:
         """Multiplier of each row of each block in the problem's own units, from those of the border rows."""
         forces = []
         for left, spectrum, multiplier in zip(self.problem.all_misses(x), self.spectra, multipliers, strict=True):
+            # The part of the force that H carries; the border's multiplier is the rest.
             force = spectrum.weights * left
             if multiplier.size:
                 force[spectrum.in_border] += multiplier

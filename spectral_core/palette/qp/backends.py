@@ -50,6 +50,8 @@ def lone_spectrum(
     hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
     right = spectrum.border_target + spectrum.border_ties @ colors
     if not exact.all():
+        # daqp takes no compliances. Heavy rows go back into H, capped: the answer serves as a guess of active bounds
+        # only.
         heavy, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
         hessian = hessian + (heavy.T * stiffness) @ heavy
         linear = linear - (stiffness * right[~exact]) @ heavy
@@ -61,6 +63,7 @@ def lone_spectrum(
         high, low = np.concatenate([high, equal]), np.concatenate([low, equal])
     tolerances = {"primal_tol": 1e-11, "dual_tol": 1e-12}
     x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_start=start, **tolerances)
+    # The start is a hint and saves time only: daqp must not fail because of it.
     if start is not None and (flag <= 0 or not np.all(np.isfinite(x))):
         x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, **tolerances)
     if flag <= 0 or not np.all(np.isfinite(x)):
@@ -73,6 +76,7 @@ def lone_spectrum(
 
 def lone_spectra(arrow: Arrow) -> tuple[Array, Mask] | None:
     """All spectra by daqp where they share no color; None where they do, or where daqp gives up."""
+    # Free colors tie the spectra together, and daqp would need all of them in one dense problem.
     if arrow.problem.color_lower.size:
         return None
     found = []
@@ -95,6 +99,7 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     solver = piqp.SparseSolver()
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-11, 1e-11
     solver.settings.eps_duality_gap_abs, solver.settings.eps_duality_gap_rel = 1e-12, 1e-12
+    # A bound on the time that a problem without an optimum takes.
     solver.settings.max_iter = 200
     # Unknowns x and the residual r = M x − y: the squares then stand on r alone, and M is not squared.
     squares = sparse.diags(np.concatenate([np.zeros(n), np.ones(count)]), format="csc")
@@ -112,6 +117,7 @@ def by_piqp(problem: Quadratic) -> tuple[Array, list[Array]] | None:
     if not np.all(np.isfinite(x)):
         return None
     ends = np.cumsum([int(block.exact.sum()) for block in problem.blocks])[:-1]
+    # piqp orders the equality multipliers as the rows were stacked: block after block.
     return np.clip(x, problem.lower, problem.upper), np.split(duals, ends)
 
 
@@ -119,6 +125,7 @@ def nearest_miss(problem: Quadratic) -> float:
     """How far the exact rows stay from holding together within the bounds, at best: 0 where they can."""
     blocks = tuple(_only_exact(block) for block in problem.blocks)
     colors = problem.color_lower.size
+    # Least squares of the exact rows alone: their residual at the optimum is the least that is possible.
     soft = Quadratic(blocks, problem.color_lower, problem.color_upper, np.zeros((0, colors)), np.zeros(0), np.zeros(0))
     found = by_piqp(soft)
     if found is None:

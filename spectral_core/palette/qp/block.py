@@ -61,6 +61,7 @@ class Block:
 
         Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
         """
+        # A color error of 1 has the gradient ω·a; its largest component is the row's largest coefficient times ω.
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
         shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
         if self.keys:
@@ -69,6 +70,7 @@ class Block:
             strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
             shown[colored:] = False
         lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
+        # The gradient of roughness, where a block has no row that shows: a free spectrum under no light.
         curvature = float(np.diagonal(self.gram).max(initial=0.0))
         strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
         return min(strongest, lightest) or 1.0
@@ -118,11 +120,13 @@ class Stack:
         found = Stack(
             self.rows, self.targets.copy(), self.ties, self.soft_weights.copy(), self.exact.copy(), self.scales.copy()
         )
+        # Rows and ties are shared: an edit of a target or weight leaves them.
         found.targets[k], found.soft_weights[k], found.exact[k] = block.targets, block.soft_weights, block.exact
         found.scales[k] = block.scale
         return found
 
     def misses(self, values: Array, colors: Array) -> Array:
         """What each row leaves, unweighted, (K, m)."""
+        # One product over the stack: K small ones would cost more in Python than in arithmetic.
         left = np.matmul(self.rows, values[:, :, None])[:, :, 0] - self.targets
         return left - self.ties @ colors if colors.size else left

@@ -31,6 +31,7 @@ def softened(problem: Quadratic, which: Collection[int] | None = None, *, everyt
         soft = block.exact.copy()
         if not everything and soft[3 * len(block.keys) :].any() and can_hold(problem, k, cells=False):
             soft[3 * len(block.keys) :] = False
+        # Rows keep their order of importance among each other, but none may become so light that it is given up.
         among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
         blocks[k] = replace(block, weights=np.where(soft, ELASTIC * unit * among, block.weights))
     return replace(problem, blocks=tuple(blocks))

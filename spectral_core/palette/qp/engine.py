@@ -77,11 +77,15 @@ class Engine:
         """
         if not problem.blocks:
             return Answer((), problem.color_lower.clip(0.0), (), PERFECT, ())
+        # Rows of one spectrum that conflict are found by daqp's phase one in microseconds; the gears below would need
+        # many steps to fail on them.
         changed = self._weighed(problem, changed)
         if self._impossible:
             problem = softened(problem, self._impossible)
         # A gear that diverges overflows; its answer is no number, and the check refuses it.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            # While an artist drags within a conflict, the last compromise is the near start; the exact problem is tried
+            # again when the compromise shows that it may hold.
             answer = self._still_conflicting(problem, changed) if self._conflict else None
             if answer is None:
                 self._conflict = False
@@ -96,6 +100,7 @@ class Engine:
         if other is None or not other.check.passed:
             return answer
         costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
+        # Both passed the check. Within its tolerances the cheaper one is the better answer.
         return other if costs[0] < costs[1] else answer
 
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
@@ -117,6 +122,7 @@ class Engine:
         asked = range(len(problem.blocks)) if changed is None else changed
         tested = {k for k in asked if problem.blocks[k].exact.any() and not can_hold(problem, k)}
         self._impossible = tested if changed is None else (before - set(changed)) | tested
+        # A block whose rows begin or cease to conflict has other weights, so it changed as well.
         return None if changed is None else sorted(set(changed) | (before ^ self._impossible))
 
     def _solve(self, problem: Quadratic, changed: list[int] | None) -> Answer:
@@ -144,6 +150,7 @@ class Engine:
             return None
         begin, free = active.x.copy(), active.free.copy()
         same_bounds = np.array_equal(active.lower, problem.lower) and np.array_equal(active.upper, problem.upper)
+        # Keeping the other blocks' factors makes an edit of one cell cost one block.
         if changed is not None and same_bounds and arrow.replaced(problem, changed):
             active.stale.update(changed)
         else:
@@ -153,6 +160,7 @@ class Engine:
             begin, free = active.x.copy(), active.free.copy()
         active.steps = 0
         try:
+            # After an edit of one spectrum its many changes of bounds are left to daqp first, see ``guided``.
             arrived = (changed is None and active.settle()) or guided(active, begin, free, changed, walk=walk)
         except np.linalg.LinAlgError:
             return None
@@ -166,6 +174,7 @@ class Engine:
     def _cold(self, problem: Quadratic) -> Answer:
         """From nothing."""
         best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
+        # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on it goes first.
         gears = [self._from_guess, self._from_piqp]
         if max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT:
             gears.reverse()
@@ -178,6 +187,7 @@ class Engine:
                 best = answer
             if best.check.passed:
                 return best
+        # All gears failed. Either the exact rows conflict, or the problem is only hard; this tells which.
         if problem.has_equalities and nearest_miss(problem) > REACHED:
             return self._elastic(problem)
         return best if best.values else _nothing(problem)
@@ -197,17 +207,20 @@ class Engine:
             return None
         x, multipliers = found
         low, high = problem.lower, problem.upper
+        # An interior point ends near its bounds, never on them.
         free = (x > low + NEAR) & (x < high - NEAR)
         raw = np.where(x <= low + NEAR, low, np.where(x >= high - NEAR, high, x))
         sharp = self._sharpened(problem, Arrow(problem), raw, free, "piqp")
         if sharp is not None and sharp.check.passed and not _strained(problem, sharp):
             return sharp
+        # piqp's own digits, in case that the active set lost what piqp had.
         rough = _answer(problem, x, problem.forces(x, multipliers), "piqp")
         return sharp if sharp is not None and sharp.check.passed and not rough.check.passed else rough
 
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
         active = ActiveSet(arrow)
         near_low = begin - problem.lower <= problem.upper - begin
+        # What the guess holds must lie exactly on its nearer bound, or ``begin`` would take it for free.
         held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
         active.begin(held, free)
         self._arrow, self._active = arrow, active
@@ -215,6 +228,7 @@ class Engine:
         arrived = active.settle() or active.walk(held, free)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
+        # Refinement costs a residual per row; it is made only where the first digits are not enough.
         if arrived and not (answer.check.passed and answer.check.kkt <= SHARP):
             return self._finer(problem, active, engine, answer)
         return answer if arrived or answer.check.passed else None
@@ -240,6 +254,7 @@ class Engine:
     def _elastic(self, problem: Quadratic) -> Answer:
         """Exact rows as heavy ones: the nearest compromise."""
         elastic = softened(problem)
+        # Nothing became soft: the rows that conflict belong to no cell (a light's white), so they must give way too.
         if sum(block.exact.sum() for block in elastic.blocks) == sum(block.exact.sum() for block in problem.blocks):
             elastic = softened(problem, everything=True)
         answer = self._cold(elastic)
@@ -263,6 +278,7 @@ def _strained(problem: Quadratic, answer: Answer) -> bool:
     )
     if not hardest > STRAIN:
         return False
+    # Force times slack is what the slack buys; STRAIN and ROUNDING say from where on it counts.
     return hardest * ROUNDING > problem.objective(problem.joined(answer.colors, answer.values))
 
 

@@ -33,6 +33,7 @@ def smallest_conflict(problem: Quadratic) -> tuple[RowKey, ...]:
             return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, [k], keys))
     keys = [(k, r) for k, block in enumerate(problem.blocks) for r in range(len(block.keys)) if block.exact[3 * r]]
     blocks = list(range(len(problem.blocks)))
+    # A joint test is dense in all spectra; past the limit it would take longer than the solve that it should save.
     if len(keys) <= JOINT_LIMIT and keys and not _possible(problem, blocks, keys):
         return tuple(problem.blocks[b].keys[r] for b, r in _filtered(problem, blocks, keys))
     return ()
@@ -50,6 +51,7 @@ def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
 
 def _filtered(problem: Quadratic, blocks: list[int], keys: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Deletion filter (Chinneck 2008): drop each cell without which the others still conflict."""
+    # One test per cell. The result is minimal but not unique: another order may keep other cells.
     kept = list(keys)
     for key in keys:
         fewer = [each for each in kept if each != key]
@@ -83,6 +85,7 @@ def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[in
     high = np.concatenate([problem.color_upper.ravel(), *(problem.blocks[k].upper for k in blocks)])
     sense = np.concatenate([np.zeros(total), np.full(len(target), EQUAL)]).astype(np.int32)
     x, _, flag, _ = daqp.solve(
+        # Any strictly convex objective serves, since only feasibility is asked; the identity is the best conditioned.
         np.eye(total),
         np.zeros(total),
         np.ascontiguousarray(matrix),

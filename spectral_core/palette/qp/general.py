@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The palette stated in cvxpy, straight from its cells: slow, short, and the oracle that the fast engines are held to.
 
-Nothing of ``phase``, ``compiled`` or ``tied`` is used here. Needs the extra ``general``.
+It shares no code with ``assemble`` or the engines, beside the second differences. Needs the extra ``general``.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ def stated_reflectances(problem: PaletteProblem, lights: list[Spectrum] | None =
     roughness = problem.smoothness * second_differences(problem.grid, problem.smoothness_operator)
     bounds = [spectrum >= low for spectrum in spectra] if np.isfinite(low) else []
     bounds += [spectrum <= high for spectrum in spectra] if np.isfinite(high) else []
+    # Eq. 5.14: roughness of each spectrum, beside the color errors of the cells below.
     terms = [cp.sum_squares(roughness @ spectrum) for spectrum in spectra]
     held = []
     for i, row in enumerate(problem.cells):
@@ -51,8 +52,10 @@ def stated_reflectances(problem: PaletteProblem, lights: list[Spectrum] | None =
             wanted = cell.target if cell.mode is CellMode.FIXED else np.zeros(3)
             if cell.mode in (CellMode.FIXED, CellMode.BLACK):
                 difference = colors[j] @ spectra[i] - wanted
+                # A third, because a cell is three rows and its weight is meant for the color as a whole.
                 terms += [] if cell.exact else [cell.weight**2 / 3 * cp.sum_squares(difference)]
                 held += [difference == 0] if cell.exact else []
+    # Eq. 5.16: cells that should look alike share one free color, within the box where a cell has one.
     for members, weights, exact, box in _equal_cells(problem):
         common = cp.Variable(3)
         held += [common >= box[0]] if np.isfinite(box[0]).all() else []
@@ -74,6 +77,7 @@ def _equal_cells(problem: PaletteProblem) -> list[tuple[list[CellIndex], list[fl
                 merged = {(i, j), *cell.others}
                 for member in merged:
                     weights[member] = max(weights.get(member, 0.0), cell.weight)
+                # Equality is transitive: groups that share a cell are one group.
                 for group in [group for group in groups if group & merged]:
                     groups.remove(group)
                     merged |= group

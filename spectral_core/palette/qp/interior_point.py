@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.arrow import Arrow, Factors, _symmetric_solve
+from spectral_core.palette.qp.arrow import Arrow, Factors, symmetric_solve
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -59,12 +59,17 @@ class _InteriorPoint:
         point = self._start()
         free = np.ones(point.x.size, dtype=bool)
         for _ in range(ITERATIONS):
+            # The predictor aims at complementarity 0 (no centering). It costs one back substitution and tells how much
+            # centering the corrector needs.
             residual, border = self._residuals(point)
             gap = self._gap(point)
             system = _Barrier(self._arrow, self._diagonal(point), self._fixed)
             affine = system.solve(-residual + self._bound_terms(point, 0.0, None), border)
             moved = self._bound_steps(point, affine[0], 0.0, None)
+            # The affine step shows the tendency of each pair; near the optimum it separates active from free bounds
+            # well.
             free = self._guess(point, affine[0], *moved)
+            # Multipliers set the scale of the gradient: where they are 1e6, a residual of 1e-3 is rounding.
             size = 1.0 + float(np.abs(point.lower).max(initial=0.0)) + float(np.abs(point.upper).max(initial=0.0))
             worst = max(
                 float(np.abs(residual).max(initial=0.0)) / size, *(np.abs(b).max(initial=0.0) for b in border), 0
@@ -73,11 +78,14 @@ class _InteriorPoint:
                 break
             reach = self._reach(point, affine[0], *moved)
             after = self._gap_after(point, affine[0], *moved, reach)
+            # Mehrotra's rule: the better the predictor, the less centering.
             centering = (after / gap) ** 3 if gap > 0 else 0.0
             corrections = (affine[0] * moved[0], -affine[0] * moved[1])
             right = -residual + self._bound_terms(point, centering * gap, corrections)
             dx, dy = system.solve(right, border)
             duals = self._bound_steps(point, dx, centering * gap, corrections)
+            # One step length for x and multipliers: the problem is quadratic, so different lengths would spoil the
+            # gradient's residual.
             part = min(1.0, BACKOFF * self._reach(point, dx, *duals))
             stepped = Point(
                 point.x + part * dx,
@@ -85,6 +93,8 @@ class _InteriorPoint:
                 point.lower + part * duals[0],
                 point.upper + part * duals[1],
             )
+            # A multiplier that grows without limit certifies that exact rows conflict; the caller asks for the
+            # compromise then.
             if not (np.all(np.isfinite(stepped.x)) and max(map(_largest, stepped.y), default=0.0) < DIVERGED):
                 break
             point = stepped
@@ -104,6 +114,7 @@ class _InteriorPoint:
 
     def _distances(self, point: Point) -> tuple[Array, Array]:
         """Distances to both bounds; 1 where there is none."""
+        # 1 where there is no bound: the multiplier is 0 there, and 0 / 1 needs no case of its own.
         below = np.where(self._has_low, point.x - np.where(self._has_low, self._low, 0.0), 1.0)
         above = np.where(self._has_high, np.where(self._has_high, self._high, 0.0) - point.x, 1.0)
         return below, above
@@ -117,6 +128,8 @@ class _InteriorPoint:
         for k, spectrum in enumerate(self._arrow.spectra):
             x, y = point.x[self._offsets[k] : self._offsets[k + 1]], point.y[k]
             by_colors = by_colors - spectrum.ties @ x - y @ spectrum.border_ties
+            # Row of block k of the conditions of optimality, see ``arrow``; the bounds' multipliers follow below for
+            # all.
             parts.append(spectrum.hessian @ x + spectrum.linear - colors @ spectrum.ties + y @ spectrum.border)
             borders.append(
                 spectrum.border_target + spectrum.border_ties @ colors + spectrum.compliance * y - spectrum.border @ x
@@ -131,6 +144,7 @@ class _InteriorPoint:
         return float(point.lower @ below + point.upper @ above) / max(count, 1)
 
     def _gap_after(self, point: Point, dx: Array, dl: Array, du: Array, part: float) -> float:
+        # y takes no part in the complementarity, so it need not move for this.
         moved = Point(point.x + part * dx, point.y, point.lower + part * dl, point.upper + part * du)
         return self._gap(moved)
 
@@ -142,6 +156,8 @@ class _InteriorPoint:
         """What the complementarity of the bounds adds to the right-hand side."""
         below, above = self._distances(point)
         low, high = corrections if corrections is not None else (0.0, 0.0)
+        # From (z + dz)(s + ds) = target, linearized, with dz eliminated; ``low`` and ``high`` are Mehrotra's second-
+        # order terms dz·ds.
         from_low = (target - point.lower * below - low) / below
         from_high = (target - point.upper * above - high) / above
         return np.where(self._has_low, from_low, 0.0) - np.where(self._has_high, from_high, 0.0)
@@ -162,6 +178,7 @@ class _InteriorPoint:
         reach = 1.0 / BACKOFF
         pairs = ((below, np.where(self._has_low, dx, 0.0)), (above, np.where(self._has_high, -dx, 0.0)))
         for value, step in (*pairs, (point.lower, dl), (point.upper, du)):
+            # Only what shrinks can reach 0.
             shrinking = step < 0
             if shrinking.any():
                 reach = min(reach, float((-value[shrinking] / step[shrinking]).min()))
@@ -194,15 +211,18 @@ class _Barrier:
         for k, spectrum in enumerate(arrow.spectra):
             inner = spectrum.hessian.copy()
             own = diagonal[self._offsets[k] : self._offsets[k + 1]]
+            # H plus a diagonal that is nowhere negative: each block stays positive definite, so Cholesky serves.
             inner.flat[:: len(inner) + 1] += own
             factors = Factors(spectrum, inner, np.ones(own.size, dtype=bool))
             self._factors.append(factors)
+            # How the block answers to each free color. Predictor and corrector share it.
             response = factors.solve(spectrum.ties, spectrum.border_ties.T) if self._count else None
             self._responses.append(response)
             if response is not None:
                 system -= spectrum.ties @ response[0].T + spectrum.border_ties.T @ response[1].T
         self._free = ~fixed[: self._count]
         inner = system[self._free][:, self._free]
+        # A color that no row depends on has an empty row; the ridge keeps the factorization from failing on it.
         inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(np.diagonal(hessian)).max(initial=0.0)), 1e-300)
         self._system = (inner + inner.T) / 2
 
@@ -217,7 +237,7 @@ class _Barrier:
             by_colors += spectrum.ties @ values[0] + multipliers[0] @ spectrum.border_ties
         colors = np.zeros(self._count)
         if self._free.any():
-            colors[self._free] = _symmetric_solve(self._system, by_colors[self._free])
+            colors[self._free] = symmetric_solve(self._system, by_colors[self._free])
         parts, steps = [colors], []
         for (value, multiplier), response in zip(own, self._responses, strict=True):
             if response is None:

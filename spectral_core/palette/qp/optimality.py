@@ -69,7 +69,9 @@ def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
     """
     if not np.all(np.isfinite(x)):
         return FAILED
+    # Divided by the curvature that a visible error has, the gradient is a distance in x, comparable with the bounds.
     gradient = problem.gradient(x, forces) / _scale(problem)
+    # The projected step: 0 exactly where each gradient component vanishes or pushes into its active bound.
     kkt = float(np.abs(x - np.clip(x - gradient, problem.lower, problem.upper)).max(initial=0.0))
     equality = 0.0
     if problem.stack is not None:
@@ -95,6 +97,7 @@ def _scale(problem: Quadratic) -> Array:
     """What each unknown's gradient is compared with: ``Block.scale``, and by color the weight of its lightest cell."""
     lightest = np.full(problem.color_lower.size, np.inf)
     for block in problem.blocks:
+        # The least weight that ties a color decides, or an error of a light cell would vanish beside heavy ones.
         lightest = np.minimum(lightest, block.lightest_ties)
     if problem.known_weights.size and lightest.size:
         known = np.where(problem.known_ties != 0, problem.known_weights[:, None], np.inf)

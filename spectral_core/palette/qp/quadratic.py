@@ -76,6 +76,7 @@ class Quadratic:
     def with_block(self, k: int, block: Block) -> Quadratic:
         """The same problem with other targets or weights in one block; what does not depend on them is kept."""
         blocks = (*self.blocks[:k], block, *self.blocks[k + 1 :])
+        # Cached properties that depend on shapes and bounds alone are handed on: an edit changes neither.
         found = Quadratic(
             blocks, self.color_lower, self.color_upper, self.known_ties, self.known_targets, self.known_weights
         )
@@ -89,6 +90,7 @@ class Quadratic:
         """What each row of each block leaves, unweighted."""
         count = self.offsets[0]
         if self.stack is not None:
+            # One batched product instead of K small ones, which are all overhead.
             return list(self.stack.misses(x[count:].reshape(len(self.blocks), -1), x[:count]))
         _, values = self.split(x)
         return [block.misses(value, x[:count]) for block, value in zip(self.blocks, values, strict=True)]
@@ -116,6 +118,7 @@ class Quadratic:
             hessian = hessian + tied @ block.ties
             linear = linear + tied @ (block.rows @ value - block.targets)
         index = np.arange(count)
+        # A group that no row mentions has a zero row; the system must still be regular.
         hessian[index, index] += 1e-300 + 1e-15 * np.diagonal(hessian)
         low, high = self.color_lower.ravel(), self.color_upper.ravel()
         colors = np.linalg.solve(hessian, linear)
@@ -145,6 +148,7 @@ class Quadratic:
             by_colors = np.zeros(colors.size)
         if self.stack is not None:
             pulls = np.array(forces)
+            # Aᵀ of each block times its forces, as one batched product.
             own = np.matmul(pulls[:, None, :], self.stack.rows)[:, 0]
             own += x[colors.size :].reshape(own.shape) @ self.blocks[0].gram
             if colors.size:
@@ -175,6 +179,7 @@ class Quadratic:
             right.append(-root * self.known_targets)
         for block, start in zip(self.blocks, self.offsets, strict=False):
             soft = ~block.exact
+            # Roots, not weights: a solver that works on the rows keeps their condition instead of its square.
             root = np.sqrt(block.weights[soft])[:, None]
             tied = _wide(-root * block.ties[soft], 0, self.size)
             parts += [_wide(root * block.rows[soft], start, self.size) + tied, _wide(block.roughness, start, self.size)]
@@ -205,6 +210,7 @@ def _least_in_box(hessian: Array, linear: Array, low: Array, high: Array, fallba
     held = np.where(open_ended, 0.0, low)
     inner = np.ascontiguousarray(hessian[open_ended][:, open_ended])
     right = (linear - hessian @ held)[open_ended]
+    # daqp's tolerances are absolute, so the problem is scaled to curvature 1.
     size = max(float(np.diagonal(inner).max(initial=0.0)), 1e-300)
     ends = np.minimum(high[open_ended], FAR), np.maximum(low[open_ended], -FAR)
     sense = np.zeros(len(inner), dtype=np.int32)

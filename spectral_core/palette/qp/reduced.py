@@ -49,6 +49,7 @@ def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | Non
     begin, free = begin.copy(), free.copy()
     for k in range(len(arrow.spectra)) if changed is None else changed:
         at = slice(active.offsets[k], active.offsets[k + 1])
+        # daqp factors densely; past the limit the walk itself is the faster way to the bounds.
         if at.stop - at.start < DENSE_LIMIT:
             colors = begin[: active.colors]
             found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], colors, begin[at])
@@ -82,11 +83,14 @@ def _reduced(active: ActiveSet) -> bool:
             # A step cut off by color boxes, or one of rounding alone, need not go down.
             if fall >= 0 or rise <= OVERSHOT * -fall:
                 break
+            # Secant for the zero of the slope between the ends of the step: the function is convex, so the zero lies
+            # within.
             reach *= fall / (fall - rise)
             colors = before + reach * step
             if not _solved_at(active, colors):
                 return False
             slope = active.slope(colors)
+        # One active-set step also solves for the colors, which is the Newton step itself.
         if active.settle(1):
             return True
         before, step = colors, np.clip(active.goal[:count], active.lower[:count], active.upper[:count]) - colors

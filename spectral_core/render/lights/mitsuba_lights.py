@@ -35,5 +35,5 @@ class MitsubaLights:
         light = emitter.eval(si, active) * rule(tables.number(emitter), pdf, active)
         hit = si.is_valid()
         # a lamp's body lets rays through, a glowing surface does not
-        body = hit & mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Null)
+        body = hit & mi.has_flag(tables.surface(si).flags(), mi.BSDFFlags.Null)
         return Met(dr.select(body, light, 0.0), dr.select(hit & ~body, light, 0.0), dr.select(hit, 0.0, light))

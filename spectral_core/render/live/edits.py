@@ -31,12 +31,14 @@ class Edit:
         self._mi, self._loaded, self._parts = loaded.mitsuba, loaded, loaded.scene.parts
         self._old, self._new = old, new
         self._moved = False
-        self._rows_changed = False
+        self._rows_changed = self._vertices_changed = False
 
     def finish(self) -> None:
         """Let Mitsuba build anew what finds the nearest hit, where anything has moved."""
         if self._rows_changed:
             self._parts.context.tables.rebuild()
+        if self._vertices_changed:
+            self._parts.context.meshes.write_vertices()
         if self._moved:
             self._loaded.scene.scene.parameters_changed()
 
@@ -51,7 +53,8 @@ class Edit:
         """Another number of a material."""
         if not equal(old.medium, new.medium) or dyed(old) or dyed(new):
             return False  # what dyes send out stands in tables of the whole scene
-        if old.name not in self._parts.shapes.bsdfs:  # assigned to nothing that is rendered
+        surfaces = self._parts.context.bsdf.surfaces
+        if not surfaces.has(old.name):  # assigned to nothing that is rendered
             return True
         context, kept = self._parts.context, self._made()
         was = surface.emission(context, old.surface, old.name)
@@ -59,8 +62,8 @@ class Edit:
         if (was is None) != (radiance is None):
             self._drop(kept)
             return False
-        made = surface.bsdf(context, new.surface, new.name)
-        done = transplant(self._parts.shapes.bsdfs[new.name], made, self._mi)
+        made = surface.leaves_of(context, new.surface, new.name)
+        done = surfaces.take(new.name, made, lambda mine, given: transplant(mine, given, self._mi))
         if done and radiance is not None:
             done = all(transplant(emitter.radiance, radiance, self._mi) for emitter in self._emitters_of(new.name))
         self._drop(kept)
@@ -72,7 +75,8 @@ class Edit:
         for instance in self._new.instances:
             if name in instance.materials:
                 shapes = self._parts.placed[instance.name]
-                assigned = [shape for shape in shapes if shape.bsdf() is self._parts.shapes.bsdfs[name]]
+                surfaces = self._parts.context.bsdf.surfaces
+                assigned = [shape for shape in shapes if surfaces.is_assigned(shape, name)]
                 found += [shape.emitter() for shape in assigned if shape.emitter() is not None]
         return found
 
@@ -105,6 +109,8 @@ class Edit:
         if changed:
             own.update()
             mine.entry.surface_area()  # Mitsuba makes its table of areas when it is asked for them
+            self._parts.context.meshes.add(mine.entry)
+            self._vertices_changed = True
             self._moved = True
         return True
 
@@ -153,6 +159,8 @@ class Edit:
             if index not in after or not geometry.fill(self._mi, shape, before[index], after[index]):
                 return False
             group.parameters_changed()
+            self._parts.context.meshes.add(shape)
+            self._vertices_changed = True
         self._moved = True
         return True
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.render.trace.camera_rays import camera_frame
+from spectral_core.render.lens.camera_rays import camera_frame
 from spectral_core.scene import Camera, Film
 
 Array = NDArray[np.float64]

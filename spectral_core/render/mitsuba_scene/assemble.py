@@ -21,12 +21,16 @@ from spectral_core.render.mitsuba_scene.medium import medium_around
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
+from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.trace.media import FARTHEST, ONLY_BORDER
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
 from spectral_core.scene.geometry import box_of, corners_of
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radius of scenes whose numbers serve in 32 bits; smaller and larger ones get a note."""
+LAMP_BODY = "\0lamp"
+"""Name of the material of Mitsuba's lamps: light passes them. No material of an artist has it."""
 UNLIMITED_BOUNCES = 1024
 """Blender's own largest number: a light that counts for so many bounces counts for all."""
 
@@ -50,9 +54,8 @@ class LoadedScene:
     """``scene``: Mitsuba's; ``notes``: what is rendered as something near to it.
 
     ``hidden``: lights' shapes that the camera does not see. ``switches``: per light group what turns it on and off,
-    where that was asked for. ``camera_medium``: what the camera stands in, None for empty space. ``rules``: which rays
-    meet what. ``parts``: its objects by name. ``background``: the emitter that the camera sees behind everything, None
-    for black.
+    where that was asked for. ``rules``: which rays meet what, and what fills space. ``parts``: its objects by name.
+    ``background``: the emitter that the camera sees behind everything, None for black.
     """
 
     scene: Any
@@ -62,7 +65,6 @@ class LoadedScene:
     rules: RayRules
     parts: SceneParts
     background: Any | None = None
-    camera_medium: Any | None = None
     lights: Any | None = None
     """``SceneLights`` of our own paths; None where lamps are Mitsuba's emitters."""
 
@@ -92,7 +94,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
-    context.walks_below = not scene.volumes and all(material.medium is None for material in scene.materials)
+    context.walks_below = not scene.volumes
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     parts = {mesh.name: geometry.split_by_material(mesh) for mesh in scene.meshes}
@@ -122,9 +124,11 @@ def load_scene(
         for object_number, made in enumerate(lamps[item.name]):
             description[f"light_{number:06d}_{object_number}"] = made.entry
             _light_rules(rules, item, made.emitter, bits.get(item.name, 0))
-            if isinstance(made.entry, mitsuba.Shape) and not item.camera_visible:
-                hidden.append(made.entry)
-                rules.add_shapes([made.entry], int(Rays.CAMERA))
+            if isinstance(made.entry, mitsuba.Shape):
+                _enter_body(context, made.entry)
+                if not item.camera_visible:
+                    hidden.append(made.entry)
+                    rules.add_shapes([made.entry], int(Rays.CAMERA))
     world = light.world_emitter(context, scene.world)
     if world is not None:
         description["world"] = world
@@ -135,23 +139,46 @@ def load_scene(
         view = replace(scene.world.camera_view, group=scene.world.group)
         black = replace(view, color=Color(np.full(3, 1e-30)), strength=1.0)
         background = rules.camera_world = light.world_emitter(context, black if view.is_black else view)
+    context.bsdf.seal()
+    context.meshes.seal()
+    rules.surfaces, rules.meshes = context.bsdf.surfaces, context.meshes
     loaded = context.load(description)
-    eye = scene.camera.world_from_camera[:3, 3]
-    around = medium_around(mitsuba, loaded, shapes.media, eye) if shapes.media else None
-    lights = None if context.lights is None else _scene_lights(context, context.lights, loaded)
+    _fill(rules, shapes, scene, loaded)
+    lights = (
+        None if context.lights is None else _scene_lights(context, context.lights, loaded, fogged=bool(rules.around[0]))
+    )
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface = context.has_subsurface
-    return LoadedScene(
-        loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, around, lights
-    )
+    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
+    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
 
 
-def _scene_lights(context: Context, lights: LightList, loaded: Any) -> SceneLights:
-    """The tables of all lights of a loaded scene."""
+def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
+    """Enter the media of shapes, of all space and at the camera."""
+    import drjit as dr
+
+    around = shapes.fill(scene.world.medium, "World")
+    rules.media, rules.inside = shapes.media, shapes.inside
+    if rules.media:
+        mi = shapes.context.mitsuba
+        number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])  # noqa: E731
+        inside = {number(shape): medium & (ONLY_BORDER - 1) for shape, medium in rules.inside}
+        rules.around = around, medium_around(mi, loaded, inside, scene.camera.world_from_camera[:3, 3], around)
+
+
+def _enter_body(context: Context, body: Any) -> None:
+    """Let our tables know the body of one of Mitsuba's lamps."""
+    if not context.bsdf.surfaces.has(LAMP_BODY):
+        context.bsdf.surfaces.add(LAMP_BODY, leaves_of(context, None, ""))
+    context.bsdf.surfaces.assign(body, LAMP_BODY)
+    context.meshes.add(body)
+
+
+def _scene_lights(context: Context, lights: LightList, loaded: Any, *, fogged: bool) -> SceneLights:
+    """The tables of all lights of a loaded scene; ``fogged``: light from afar comes through a medium."""
     box = loaded.bbox()
-    reach = 1e3
-    if box.valid():
+    reach = FARTHEST if fogged else 1e3
+    if box.valid() and not fogged:
         reach = 4 * float(np.linalg.norm(np.array(box.max) - np.array(box.min))) + 1e-3
     texture_of = partial(sampled_spectrum, context)
     emission = Emission(context.mitsuba, lights, spectral=context.spectral, texture_of=texture_of)

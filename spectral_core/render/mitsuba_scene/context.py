@@ -9,11 +9,13 @@ from functools import cached_property
 from typing import Any
 
 from spectral_core.render.lights.listing import LightList
+from spectral_core.render.plugins.mesh_tables import MeshTables
 from spectral_core.render.plugins.paints.computed import computed_classes
-from spectral_core.render.plugins.paints.programs import LoadedProgram, RowsOfPrograms
-from spectral_core.render.plugins.paints.rows import Rows, row_classes
+from spectral_core.render.plugins.paints.loaded import LoadedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.paints.upsampling import Upsampling
+from spectral_core.render.plugins.surfaces.scene_bsdf import scene_bsdf_class
+from spectral_core.render.plugins.surfaces.table import SurfaceTables
 from spectral_core.render.trace.reradiation import Dyed
 from spectral_core.scene import Note, Program
 from spectral_core.spectra.spectrum import Spectrum
@@ -42,10 +44,14 @@ class Context:
 
     walks_below: bool = True
     """Whether the paths that are taken know how to walk below surfaces."""
+    has_holdouts: bool = False
+    """Whether any surface cuts holes into what the camera sees."""
     has_subsurface: bool = False
     """Whether any surface was made that they must walk below."""
     dyed: dict[str, Dyed] = field(default_factory=dict)
     """By material what is fluorescent of it, in spectral transport."""
+    material_of_shape: list[tuple[Any, str]] = field(default_factory=list)
+    """Every mesh that was made, and the name of its material."""
 
     @cached_property
     def tables(self) -> SceneTables:
@@ -61,7 +67,18 @@ class Context:
 
         return Upsampling(self.mitsuba, drjit) if self.spectral else None
 
-    def computed(self, program: Program | RowsOfPrograms, light: Any = None) -> Any:
+    @cached_property
+    def bsdf(self) -> Any:
+        """The one BSDF of all shapes; its ``surfaces`` know the material of each."""
+        tables = SurfaceTables(self.tables, self.upsampling)
+        return self._kept(scene_bsdf_class(self.mitsuba.variant())(tables))
+
+    @cached_property
+    def meshes(self) -> MeshTables:
+        """The triangles of all shapes."""
+        return MeshTables(self.tables, movable=self.movable)
+
+    def computed(self, program: Program, light: Any = None) -> Any:
         """Texture of a shading program; ``light``: of the white that it tints where it is an emitted color."""
         kind, _ = computed_classes(self.mitsuba.variant())
         return self._kept(kind(LoadedProgram(self.tables, program), self.upsampling, light))
@@ -69,11 +86,6 @@ class Context:
     def constant(self, value: float) -> Any:
         """Texture of one number, which kernels read instead of knowing."""
         return self._kept(computed_classes(self.mitsuba.variant())[1](value))
-
-    def rows(self, rows: Rows) -> Any:
-        """Texture of a table's numbers or colors."""
-        number, color = row_classes(self.mitsuba.variant())
-        return self._kept(color(rows) if rows.values.ndim == 2 else number(rows))
 
     def note(self, subject: str, message: str) -> None:
         """Remember a note, once."""

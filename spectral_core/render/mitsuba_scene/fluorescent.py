@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent closures: what they reflect becomes a BSDF, what their dyes send out is kept for the paths' tables."""
+"""Fluorescent closures: what they reflect becomes a leaf, what their dyes send out is kept for the paths' tables."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.glow import weight_texture
+from spectral_core.render.plugins.surfaces.sources import Lobe
 from spectral_core.render.trace.reradiation import Dyed, Reradiation
 from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import integration_points, xyz_of
 from spectral_core.spectra.spectrum import Spectrum
 
-IN_MEDIA = "its dyes send out no light where light scatters inside media; it shows what it reflects alone"
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
     "for what they send out under each light"
@@ -30,11 +30,11 @@ ABOVE_BUMPS = "its dyes send light out about the smooth normal: bumps and normal
 
 def fluorescent_lobes(
     context: Context, closure: Fluorescent, weight: Weight, subject: str
-) -> Iterator[tuple[Weight, Any]]:
-    """What it reflects, as a weighted BSDF; its dyes are entered into the context."""
+) -> Iterator[tuple[Weight, Lobe]]:
+    """What it reflects, as a weighted leaf; its dyes are entered into the context."""
     if not context.spectral:
         color = _daylight_color(context, closure, subject)
-        yield weight, _matt(context, paint.reflectance(context, color, subject))
+        yield weight, Lobe("diffuse", {"color": paint.color(context, color, subject)})
         return
     if any(amount > 0 for amount in closure.amounts):
         texture = None if not weight.factors else weight_texture(context, weight, subject)
@@ -42,11 +42,7 @@ def fluorescent_lobes(
         if closure.normal is not None:
             context.note(subject, ABOVE_BUMPS)
     if not (isinstance(closure.color, Color) and not np.any(closure.color.linear_rgb)):
-        yield weight, _matt(context, paint.reflectance(context, closure.color, subject))
-
-
-def _matt(context: Context, reflectance: Any) -> Any:
-    return context.load({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
+        yield weight, Lobe("diffuse", {"color": paint.color(context, closure.color, subject)})
 
 
 def _daylight_color(context: Context, closure: Fluorescent, subject: str) -> Any:

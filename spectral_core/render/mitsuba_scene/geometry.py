@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.plugins.numbers import aligned
+from spectral_core.render.plugins.numbers import aligned, own_copy
 from spectral_core.render.plugins.paints.tables import attribute_name
 from spectral_core.scene.geometry import Attribute, Mesh
 
@@ -119,17 +119,6 @@ def fill(mi: Any, mesh: Any, old: Part, new: Part) -> bool:
                 parameters[name] = own_copy(type(parameters[name]), array)
         parameters.update()
     return True
-
-
-def own_copy(kind: Any, array: NDArray[Any]) -> Any:
-    """Numbers in Dr.Jit's own memory: NumPy's, mapped, would look like another kind to a recorded launch."""
-    import drjit as dr
-
-    values = kind(array.ravel())
-    result = dr.empty(kind, dr.width(values))
-    dr.scatter(result, values, dr.arange(dr.uint32_array_t(kind), dr.width(values)))
-    dr.eval(result)
-    return result
 
 
 def polygon(corners: NDArray[np.float64], name: str) -> Part:

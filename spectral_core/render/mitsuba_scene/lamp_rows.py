@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.render.lights.glows import geometry as triangle_geometry
 from spectral_core.render.lights.listing import Ball, Beam, Glow, LightList, Panel, Source, Sun
-from spectral_core.render.mitsuba_scene import geometry, paint
+from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.light import SMALLEST_AREA, beam_axes, plain_color, spread_of
 from spectral_core.render.plugins.numbers import table
@@ -65,7 +65,7 @@ def _switched(context: Context, lights: LightList, source: int, group: str) -> N
 
 
 def _ball(context: Context, lights: LightList, light: PointLight | SpotLight, color: Color | Spectrum) -> int:
-    source = _source(context, lights, light, color, light.power_w / (4 * np.pi))
+    source = _source(context, lights, light, color, radiometry.intensity_of_point(light.power_w))
     radius = max(float(light.radius), 0.0)
     plain = beam_axes(light)
     axes, cosine, softness = np.eye(3), -2.0, 1e-6
@@ -93,8 +93,7 @@ def _sun(context: Context, lights: LightList, light: SunLight, color: Color | Sp
         return None
     half = min(min(light.angle_rad, np.pi) / 2, np.radians(89.0))
     half = half if half >= SHARPEST_SUN else 0.0
-    # the disk's irradiance on what faces it: radiance · π sin²(half angle)
-    strength = light.irradiance / (np.pi * np.sin(half) ** 2) if half else light.irradiance
+    strength = radiometry.radiance_of_sun(light.irradiance, half) if half else light.irradiance
     source = _source(context, lights, light, color, strength)
     lights.suns.append(Sun(source, toward / length, half))
     return source
@@ -112,7 +111,7 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
         return None
     # mirroring turns the corners round, but not the side that shines
     normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)
-    source = _source(context, lights, light, color, light.power_w / (np.pi * area))
+    source = _source(context, lights, light, color, radiometry.radiance_of_panel(light.power_w, area))
     lights.panels.append(
         Panel(
             source,
@@ -166,6 +165,8 @@ def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | N
             color, strength = closure.color, closure.strength
         elif isinstance(closure, Principled):
             color, strength = closure.emission_color, closure.emission_strength
+            if closure.sheen_weight != 0:
+                return None
             weight = weight.times(closure.alpha)
         else:
             continue

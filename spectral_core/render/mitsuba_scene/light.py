@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene import geometry, paint
+from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.lamps.light_points import NarrowPanel
 from spectral_core.render.plugins.lamps.shaping import Cone, Luminaire, Shaping
@@ -75,11 +75,10 @@ def plain_color(context: Context, light: Light) -> Color | Spectrum:
 
 def _point(context: Context, light: PointLight | SpotLight, color: Color | Spectrum) -> LightObject:
     """A point or a ball with what shapes its light."""
-    intensity = light.power_w / (4 * np.pi)
     center = context.mitsuba.ScalarPoint3f(light.world_from_light[:3, 3])
     shaping = _shaping(light)
     if light.radius <= 0:
-        emitted = _emitted(context, light, color, intensity)
+        emitted = _emitted(context, light, color, radiometry.intensity_of_point(light.power_w))
         emitter = context.load({"type": "blender_point", "center": center, "intensity": emitted})
         emitter.shaping = shaping
         return LightObject(emitter, emitter)
@@ -88,7 +87,7 @@ def _point(context: Context, light: PointLight | SpotLight, color: Color | Spect
             "type": "blender_ball",
             "center": center,
             "softening": float(light.radius) if light.soft_falloff else 0.0,
-            "radiance": _emitted(context, light, color, intensity / (np.pi * light.radius**2)),
+            "radiance": _emitted(context, light, color, radiometry.radiance_of_ball(light.power_w, light.radius)),
         }
     )
     emitter.shaping = shaping
@@ -137,8 +136,7 @@ def _sun(
     half_angle = min(half_angle, np.radians(89.0))
     distance = SUN_DISTANCE * max(radius, 1e-6)
     corners = _ellipse(_basis(direction), center - direction * distance, 2 * distance * np.tan(half_angle) * np.ones(2))
-    # the disk's irradiance on what faces it: radiance · π sin²(half angle)
-    radiance = light.irradiance / (np.pi * np.sin(half_angle) ** 2)
+    radiance = radiometry.radiance_of_sun(light.irradiance, half_angle)
     return [
         _emitting_polygon(context, geometry.polygon(corners, light.name), _emitted(context, light, color, radiance))
     ]
@@ -160,7 +158,7 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     if not area > max(SMALLEST_AREA * float(np.abs(corners).max()) ** 2, 1e-30):
         context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
         return []
-    radiance = _emitted(context, light, color, light.power_w / (np.pi * area))
+    radiance = _emitted(context, light, color, radiometry.radiance_of_panel(light.power_w, area))
     tangent, gain = spread_of(light)
     is_narrow = tangent > 0
     spread = {"spread_tangent": tangent, "spread_gain": gain} if is_narrow else {}

@@ -8,6 +8,7 @@ becomes its color, a reflectance under D65.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.plugins.paints.rows import Rows
+from spectral_core.render.plugins.surfaces.sources import Number, Programmed, Source, Textured, Tint
 from spectral_core.render.trace.wavelengths import WAVELENGTHS_NM, single_precision_spectrum
-from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene import Color, Computed, ImageTexture, MixedPaint, Paint, Program, Scalar, SpectralImage
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
@@ -33,21 +34,55 @@ def white_light() -> Illuminant:
     return normalized(catalogue.illuminant("D65"))
 
 
-def reflectance(context: Context, paint: Paint | Rows, subject: str) -> Any:
+def color(context: Context, paint: Paint, subject: str) -> Source:
+    """A share of light as an input of a closure."""
+    if isinstance(paint, Illuminant):  # a light's spectrum where a surface's belongs, such as a Blackbody node's
+        return color(context, Color(emitted_rgb(paint)), subject)
+    if isinstance(paint, Color):
+        return Tint(_held(context, paint, subject))
+    if isinstance(paint, Spectrum) and not context.spectral:
+        return Tint(_daylight_rgb(paint))
+    if isinstance(paint, Computed):
+        return Programmed(paint.program, "color")
+    return Textured(reflectance(context, paint, subject), "color")
+
+
+def number(context: Context, value: Scalar, subject: str) -> Source:
+    """A number, or one per place, as an input of a closure."""
+    if isinstance(value, Computed):
+        return Programmed(value.program, "number")
+    found = scalar(context, value, subject)
+    return Number(found) if isinstance(found, float) else Textured(found, "number")
+
+
+def vector(program: Program) -> Source:
+    """A direction as an input of a closure."""
+    return Programmed(program, "vector")
+
+
+def _held(context: Context, paint: Color, subject: str) -> Array:
+    """Linear sRGB of a share of light; what is outside 0 to 1 is noted under ``subject`` and brought to the limit."""
+    rgb = np.asarray(paint.linear_rgb)
+    if rgb.min() < 0 or rgb.max() > 1:
+        context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
+    return np.clip(rgb, 0.0, 1.0)
+
+
+def _daylight_rgb(paint: Spectrum) -> Array:
+    return np.asarray(np.clip(RGB_FROM_XYZ @ xyz_of(white_light(), paint), 0.0, 1.0))
+
+
+def reflectance(context: Context, paint: Paint, subject: str) -> Any:
     """Texture of a share of light; colors above 1 are rendered as 1 and noted under ``subject``."""
-    if isinstance(paint, (Color, Rows)):
-        rgb = np.asarray(paint.linear_rgb if isinstance(paint, Color) else paint.values)
-        if rgb.min() < 0 or rgb.max() > 1:
-            context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
-            rgb = np.clip(rgb, 0.0, 1.0)
-        if isinstance(paint, Rows):
-            return context.rows(Rows(paint.cursor, rgb))
-        return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb)})
+    if isinstance(paint, Color):
+        held = context.mitsuba.ScalarColor3f(_held(context, paint, subject))
+        return context.load({"type": "srgb", "color": held})
     if isinstance(paint, Illuminant):  # a light's spectrum where a surface's belongs, such as a Blackbody node's
         return reflectance(context, Color(emitted_rgb(paint)), subject)
     if isinstance(paint, Spectrum):
-        rgb = np.clip(RGB_FROM_XYZ @ xyz_of(white_light(), paint), 0.0, 1.0)
-        return sampled_spectrum(context, paint) if context.spectral else reflectance(context, Color(rgb), subject)
+        if context.spectral:
+            return sampled_spectrum(context, paint)
+        return reflectance(context, Color(_daylight_rgb(paint)), subject)
     if isinstance(paint, ImageTexture):
         return image(context, paint, subject)
     if isinstance(paint, SpectralImage):
@@ -128,19 +163,26 @@ def _listed(numbers: Array) -> str:
     return ",".join(f"{number:.9g}" for number in numbers)
 
 
-def scalar(context: Context, value: Scalar | Rows, subject: str, power: float = 1.0) -> Any:
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A texture that is already there, where a number or an image is expected."""
+
+    texture: Any
+
+
+def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
     """A number as float, or one per place as texture; ``power`` is applied to either."""
     if isinstance(value, Computed):
         return context.computed(value.program)
-    if isinstance(value, Rows):
-        return context.rows(value)
+    if isinstance(value, Made):
+        return value.texture
     if not isinstance(value, ImageTexture):
         return float(value) ** power
     amounts = color_pixels(value)
-    return _bitmap(context, value, amounts[..., :3].mean(axis=2, keepdims=True) ** power, subject)
+    return bitmap(context, value, amounts[..., :3].mean(axis=2, keepdims=True) ** power, subject)
 
 
-def scalar_texture(context: Context, value: Scalar | Rows, subject: str) -> Any:
+def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
     """Like ``scalar``, a texture in both cases."""
     found = scalar(context, value, subject)
     return context.constant(found) if isinstance(found, float) else found
@@ -152,7 +194,7 @@ def image(context: Context, texture: ImageTexture, subject: str) -> Any:
     if pixels.min() < 0 or pixels.max() > 1:
         context.note(subject, f"uses image {texture.name!r} with values outside 0 to 1; they are rendered at the limit")
         pixels = np.clip(pixels, 0.0, 1.0)
-    return _bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
+    return bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
 
 
 def spectral_image(context: Context, paint: SpectralImage, subject: str) -> Any:
@@ -191,7 +233,7 @@ def _emitting_image(context: Context, texture: ImageTexture, strength: float, su
     if largest == 0:
         return context.load({"type": "uniform", "value": 0.0})
     share = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels
-    colors = _bitmap(context, texture, share / largest, subject)
+    colors = bitmap(context, texture, share / largest, subject)
     white = constant_emission(context, Color(np.ones(3)), strength * largest)
     return context.load({"type": "product_paint", "color": colors, "amount": white, "colored": True})
 
@@ -208,7 +250,8 @@ def color_pixels(texture: ImageTexture) -> NDArray[np.float32]:
     return pixels
 
 
-def _bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32], subject: str) -> Any:
+def bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32], subject: str) -> Any:
+    """Texture of pixels (height, width, 1 or 3) placed as an image is: numbers, or colors that are upsampled."""
     mi = context.mitsuba
     uv = texture.uv_from_mesh_uv
     if texture.extension == "clip":  # a frame of zeros that the last pixels then repeat

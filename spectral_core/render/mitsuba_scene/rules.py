@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
+from spectral_core.render.trace.media import Media, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -41,6 +43,18 @@ class RayRules:
     camera_world: Any | None = None
     subsurface: bool = False
     """Whether light walks below some surface."""
+    surfaces: Any = None
+    """``SurfaceTables`` of the scene."""
+    meshes: Any = None
+    """``MeshTables`` of the scene."""
+    media: list[MediumRow] = field(default_factory=list)
+    """What fills shapes and space, by number from 1 on."""
+    inside: list[tuple[Any, int]] = field(default_factory=list)
+    """By shape the number of the medium that it holds, and whether it is nothing but its border."""
+    around: tuple[int, int] = (0, 0)
+    """Numbers of the media of all space and at the camera."""
+    holdouts: bool = False
+    """Whether parts of some surface are holdouts."""
     reradiation: Any | None = None
     """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
 
@@ -72,6 +86,12 @@ class Tables:
         self.unlit = self._table(shape, rules.unlit)
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
+        self.surfaces, self.meshes = rules.surfaces, rules.meshes
+        self.media: Any = None
+        self.has_holdout_surfaces = rules.holdouts
+        self.cuts_holes = rules.holdouts or any(bits & HOLDOUT for _, bits in rules.shapes)
+        if rules.media:
+            self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.blocks_selectively = self.clear is not None or any(bits & Rays.SHADOW for _, bits in rules.shapes)
@@ -100,6 +120,14 @@ class Tables:
             return mi.UInt32(missing)
         known = number < dr.opaque(mi.UInt32, dr.width(table))
         return dr.select(known, dr.gather(mi.UInt32, table, number, known), missing)
+
+    def intersect(self, scene: Any, ray: Any, active: Any, coherent: Any = False) -> Any:
+        """The nearest hit of a ray in the scene that the rules are of."""
+        return self.meshes.intersect(scene, ray, coherent, active)
+
+    def surface(self, si: Any) -> SurfaceAt:
+        """What the surface at a hit does with light."""
+        return SurfaceAt(self.surfaces, si)
 
     def shape_number(self, si: Any) -> Any:
         """Number that a hit's object is known by: its placement's where its shape is shared."""

@@ -11,9 +11,10 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import geometry, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.lamp_rows import add_glow, constant_glow, emitted_by
-from spectral_core.render.mitsuba_scene.medium import medium_object
+from spectral_core.render.mitsuba_scene.medium import medium_row
 from spectral_core.render.plugins.lamps.light_points import Triangles
-from spectral_core.scene import Diffuse, Instance, Material, Scene
+from spectral_core.render.trace.media import ONLY_BORDER, MediumRow
+from spectral_core.scene import Diffuse, Instance, Material, ScatteringMedium, Scene
 
 PLAIN = Material("", Diffuse())
 """What a material slot without a material looks like: Blender's default gray."""
@@ -22,16 +23,19 @@ SHARED_TRIANGLES = 20_000
 
 
 class Shapes:
-    """Shapes of a scene's instances; BSDFs and media are made once per material."""
+    """Shapes of a scene's instances; leaves and media are made once per material."""
 
     def __init__(
         self, context: Context, scene: Scene, parts: dict[str, dict[int, geometry.Part]], *, movable: bool = False
     ) -> None:
         self.context, self.parts, self.movable = context, parts, movable
         self.materials = {material.name: material for material in scene.materials}
-        self.bsdfs: dict[str, Any] = {}
-        self._media: dict[str, Any] = {}
+        self.media: list[MediumRow] = []
+        self.inside: list[tuple[Any, int]] = []
+        """Shapes that hold a medium: its number, from 1 on, and whether the shape is nothing but its border."""
+        self._numbers: dict[str, int] = {}
         self._groups: dict[tuple[str, tuple[str, ...]], Any] = {}
+        self._parts_of_groups: dict[tuple[str, tuple[str, ...]], list[Any]] = {}
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, the group it is in."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
@@ -46,6 +50,7 @@ class Shapes:
             transform = self.context.mitsuba.ScalarTransform4f(matrix)
             group = self._group(instance)
             placed = self.context.load({"type": "instance", "to_world": transform, "group": group})
+            self.context.meshes.add_instance(placed, self._parts_of_groups[instance.mesh, instance.materials])
             self.context.tables.place(placed, instance, is_instance=True)
             return [placed]
         shapes = []
@@ -55,6 +60,7 @@ class Shapes:
                 children, glow = self._children(instance, index, placed)
                 shape = self._mesh_shape(instance, index, placed, children)
                 self.context.tables.place(shape, instance)
+                self._remember_medium(instance, index, shape)
                 if glow is not None:
                     add_glow(self.context, placed, shape, glow)
                 shapes.append(shape)
@@ -64,11 +70,6 @@ class Shapes:
     def groups(self) -> list[Any]:
         """The shape groups that instances show, after all instances were asked for."""
         return list(self._groups.values())
-
-    @property
-    def media(self) -> list[Any]:
-        """The media inside of shapes."""
-        return [medium for medium in self._media.values() if medium is not None]
 
     def _is_shared(self, instance: Instance) -> bool:
         """Whether a group serves: enough copies, a matrix that can be inverted, and no light or medium of its own.
@@ -92,16 +93,19 @@ class Shapes:
                 shape = self._mesh_shape(instance, index, part, self._children(instance, index, part)[0])
                 description[f"part_{index:05d}"] = shape
             group = self._groups[key] = self.context.load(description)
-            named = zip(self.parts[instance.mesh], list(description.values())[1:], strict=True)
+            shapes = self._parts_of_groups[key] = list(description.values())[1:]
+            named = zip(self.parts[instance.mesh], shapes, strict=True)
             self.meshes.setdefault(instance.mesh, []).extend((index, shape, group) for index, shape in named)
         return self._groups[key]
 
     def _mesh_shape(self, instance: Instance, index: int, part: geometry.Part, children: dict[str, Any]) -> Any:
-        """Mitsuba mesh of a part, known to the tables of what it wears."""
-        shape = geometry.mesh_shape(self.context, part, children)
-        dyed = self.context.dyed.get(self._material(instance, index).name)
-        if dyed is not None:
-            dyed.shapes.append(shape)
+        """Mitsuba mesh of a part, known to the tables by its material."""
+        shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
+        self.context.bsdf.surfaces.assign(shape, name)
+        self.context.meshes.add(shape)
+        self.context.material_of_shape.append((shape, name))
+        if name in self.context.dyed:
+            self.context.dyed[name].shapes.append(shape)
         return shape
 
     def _material(self, instance: Instance, index: int) -> Material:
@@ -110,16 +114,27 @@ class Shapes:
         # Blender shows the last slot where an index has none
         return self.materials[instance.materials[min(index, len(instance.materials) - 1)]]
 
+    def fill(self, medium: ScatteringMedium | None, subject: str) -> int:
+        """Number of a medium that something is filled with, 0 for nothing."""
+        row = None if medium is None else medium_row(self.context, medium, subject)
+        if row is None:
+            return 0
+        self.media.append(row)
+        return len(self.media)
+
+    def _remember_medium(self, instance: Instance, index: int, shape: Any) -> None:
+        material = self._material(instance, index)
+        number = self._numbers[material.name]
+        if number:
+            self.inside.append((shape, number | (ONLY_BORDER if material.surface is None else 0)))
+
     def _children(self, instance: Instance, index: int, part: geometry.Part) -> tuple[dict[str, Any], Any]:
         """What a shape wears, and what it glows with where our own tables know that."""
         material, context = self._material(instance, index), self.context
-        if material.name not in self.bsdfs:
-            self.bsdfs[material.name] = surface.bsdf(context, material.surface, material.name)
-            if material.medium is not None:
-                self._media[material.name] = medium_object(context, material.medium, material.name)
-        children = {"bsdf": self.bsdfs[material.name]}
-        if self._media.get(material.name) is not None:
-            children["interior"] = self._media[material.name]
+        if not context.bsdf.surfaces.has(material.name):
+            context.bsdf.surfaces.add(material.name, surface.leaves_of(context, material.surface, material.name))
+            self._numbers[material.name] = self.fill(material.medium, material.name)
+        children = {"bsdf": context.bsdf}
         if context.lights is not None:
             constant = constant_glow(material.surface)
             if constant is not None:

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closures as Mitsuba BSDFs, and what a surface emits.
+"""Closures as rows of the scene's one BSDF, and what a surface emits.
 
-A tree of mixes and sums is a list of closures with weights, as in Cycles; each closure becomes one BSDF, and where
-there is more than one the ``closures`` BSDF adds them.
+A tree of mixes and sums is a list of closures with weights, as in Cycles; each closure becomes one leaf.
 """
 
 from __future__ import annotations
@@ -14,19 +13,24 @@ import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.dielectric import coat_inputs, facet_inputs, glass_inputs, specular_inputs
 from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
-from spectral_core.render.mitsuba_scene.glow import emission, is_dark, weight_texture
-from spectral_core.render.mitsuba_scene.leaf_rows import grouped
+from spectral_core.render.mitsuba_scene.glow import emission, is_dark, sheen_clear
+from spectral_core.render.plugins.closures.sheen import sheen_tables
+from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Source, Tint
+from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (
     Color,
     Diffuse,
     Fluorescent,
     Glass,
     Glossy,
+    Holdout,
     Metal,
     Paint,
     Principled,
     Scalar,
+    Sheen,
     Subsurface,
     Surface,
     Toon,
@@ -37,48 +41,42 @@ from spectral_core.scene import (
 )
 from spectral_core.spectra.spectrum import Spectrum
 
-__all__ = ["bsdf", "emission", "is_dark"]
+__all__ = ["emission", "is_dark", "leaves_of"]
 
 MIRROR_ROUGHNESS = 0.03
 """Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
 
 
-def bsdf(context: Context, surface: Surface | None, subject: str) -> Any:
-    """Mitsuba BSDF of what a surface scatters: black where it only emits, clear where there is no surface at all."""
+def leaves_of(context: Context, surface: Surface | None, subject: str) -> list[Leaf]:
+    """What a surface scatters: black where it only emits, clear where there is no surface at all."""
     if surface is None:
-        return context.load({"type": "null"})
+        return [Leaf(Lobe("clear", {}), 1.0)]
     parts = [
-        (*part, rows, cursor)
-        for weight, closure, rows, cursor in grouped(list(weighted_leaves(surface)))
-        for part in _scattering(context, closure, weight, subject)
-        if part[0].constant > 0
+        _leaf(context, weight, lobe, subject)
+        for part, closure in weighted_leaves(surface)
+        for weight, lobe in _scattering(context, closure, part, subject)
+        if weight.constant > 0
     ]
-    if not parts:
-        return context.load({"type": "diffuse", "reflectance": {"type": "uniform", "value": 0.0}})
-    if len(parts) == 1 and not parts[0][0].factors:
-        return parts[0][1]
-    description: dict[str, Any] = {"type": "closures", "count": len(parts)}
-    for number, (weight, child, _, _) in enumerate(parts):
-        description[f"bsdf_{number}"] = child
-        description[f"weight_{number}"] = weight_texture(context, weight, subject)
-    made = context.load(description)
-    made.tables = [(cursor, rows) for _, _, rows, cursor in parts]
-    return made
+    return parts or [Leaf(Lobe("diffuse", {"color": Tint(np.zeros(3))}), 1.0)]
 
 
-def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
-    """What one closure scatters, as weighted BSDFs."""
+def _leaf(context: Context, weight: Weight, lobe: Lobe, subject: str) -> Leaf:
+    factors = ((paint.number(context, value, subject), complement) for value, complement in weight.varying)
+    return Leaf(lobe, weight.constant, tuple(factors))
+
+
+def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
+    """What one closure scatters, as weighted leaves."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
-        if normal is not None and made.class_name() != "NullBSDF":
+        if normal is not None and made.name not in ("clear", "holdout"):
             plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
             softens = plain or isinstance(closure, (Diffuse, Translucent, Subsurface))
-            texture = context.computed(normal.program)
-            made = context.load({"type": "bent", "bsdf": made, "normal": texture, "softens": softens})
+            made = Lobe("bent", {"closure": made, "normal": paint.vector(normal.program), "softens": softens})
         yield amount, made
 
 
-def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
+def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
     if isinstance(closure, Diffuse):
         yield weight, _diffuse(context, closure, subject)
     elif isinstance(closure, Fluorescent):
@@ -88,20 +86,21 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
     elif isinstance(closure, Metal):
         yield weight, _metal(context, closure, subject)
     elif isinstance(closure, Glass):
-        color = paint.reflectance(context, closure.color, subject)
-        made = _glass(context, (color, color, color), closure, closure.ior, subject)
-        yield weight, made
+        color = paint.color(context, closure.color, subject)
+        yield weight, _glass(context, (color, color), closure, closure.ior, subject)
     elif isinstance(closure, Transparent):
-        color = paint.reflectance(context, closure.color, subject)
-        yield weight, context.load({"type": "tinted_null", "color": color})
+        yield weight, Lobe("tinted_clear", {"color": paint.color(context, closure.color, subject)})
+    elif isinstance(closure, Holdout):
+        context.has_holdouts = True
+        yield weight, Lobe("holdout", {})
+    elif isinstance(closure, Sheen):
+        yield weight, _sheen(context, (closure.color, closure.roughness, closure.microfiber), subject)
     elif isinstance(closure, Translucent):
-        color = paint.reflectance(context, closure.color, subject)
-        yield weight, context.load({"type": "blender_translucent", "color": color})
+        yield weight, Lobe("blender_translucent", {"color": paint.color(context, closure.color, subject)})
     elif isinstance(closure, Toon):
-        size, smooth = (paint.scalar_texture(context, value, subject) for value in (closure.size, closure.smooth))
-        color = paint.reflectance(context, closure.color, subject)
-        toon = {"type": "blender_toon", "color": color, "size": size, "smooth": smooth, "glossy": closure.glossy}
-        yield weight, context.load(toon)
+        size, smooth = (paint.number(context, value, subject) for value in (closure.size, closure.smooth))
+        color = paint.color(context, closure.color, subject)
+        yield weight, Lobe("blender_toon", {"color": color, "size": size, "smooth": smooth, "glossy": closure.glossy})
     elif isinstance(closure, Subsurface):
         medium = (closure.radius, closure.scale, closure.scattering_anisotropy)
         made = _subsurface(context, closure.color, medium, subject)
@@ -110,31 +109,29 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
         yield from _principled(context, closure, weight, subject)
 
 
-def _diffuse(context: Context, closure: Diffuse, subject: str) -> Any:
-    reflectance = paint.reflectance(context, closure.color, subject)
-    if closure.roughness != 0:
-        roughness = paint.scalar_texture(context, closure.roughness, subject)
-        return context.load({"type": "rough_diffuse", "color": reflectance, "roughness": roughness})
-    return context.load({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
+def _diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
+    color = paint.color(context, closure.color, subject)
+    if closure.roughness == 0:
+        return Lobe("diffuse", {"color": color})
+    return Lobe("rough_diffuse", {"color": color, "roughness": paint.number(context, closure.roughness, subject)})
 
 
 def _subsurface(
     context: Context, color: Paint, medium: tuple[tuple[float, float, float], Scalar, float], subject: str
-) -> Any | None:
+) -> Lobe | None:
     """Light below the surface (radius, scale, anisotropy); None, with a note, where no path walks there."""
     if not context.walks_below:
         context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
         return None
     radius, scale, anisotropy = medium
     context.has_subsurface = True
-    description = {
-        "type": "subsurface",
-        "color": paint.reflectance(context, color, subject),
-        "scale": paint.scalar_texture(context, scale, subject),
-        "anisotropy": float(np.clip(anisotropy, -0.99, 0.99)),
-        **{f"radius_{k}": float(max(value, 0.0)) for k, value in enumerate(radius)},
+    inputs = {
+        "color": paint.color(context, color, subject),
+        "scale": paint.number(context, scale, subject),
+        "anisotropy": Number(float(np.clip(anisotropy, -0.99, 0.99))),
+        **{f"radius_{k}": Number(float(max(value, 0.0))) for k, value in enumerate(radius)},
     }
-    return context.load(description)
+    return Lobe("subsurface", inputs)
 
 
 def _is_smooth(roughness: Scalar) -> bool:
@@ -146,116 +143,129 @@ def _direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: 
     if anisotropy == 0 or tangent is None:
         return {}
     return {
-        "anisotropy": paint.scalar_texture(context, anisotropy, subject),
-        "rotation": paint.scalar_texture(context, rotation, subject),
-        "tangent": context.computed(tangent.program),
+        "anisotropy": paint.number(context, anisotropy, subject),
+        "rotation": paint.number(context, rotation, subject),
+        "tangent": paint.vector(tangent.program),
     }
 
 
-def _glossy(context: Context, closure: Glossy, subject: str) -> Any:
-    color = paint.reflectance(context, closure.color, subject)
+def _glossy(context: Context, closure: Glossy, subject: str) -> Lobe:
+    color = paint.color(context, closure.color, subject)
     if _is_smooth(closure.roughness):
-        mirror = {"type": "conductor", "material": "none", "specular_reflectance": color}
-        return context.load({"type": "twosided", "bsdf": mirror})
-    description = {
-        "type": "blender_glossy",
+        return Lobe("mirror", {"color": color})
+    inputs = {
         "color": color,
-        "roughness": paint.scalar_texture(context, closure.roughness, subject),
+        "roughness": paint.number(context, closure.roughness, subject),
         "keeps_energy": closure.multiple_scattering,
         "distribution": closure.distribution,
+        **facet_inputs(),
         **_direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),
     }
-    return context.load(description)
+    return Lobe("blender_glossy", inputs)
 
 
-def _metal(context: Context, closure: Metal, subject: str) -> Any:
-    description = {
-        "type": "blender_glossy",
-        "color": paint.reflectance(context, closure.color, subject),
-        "edge_tint": paint.reflectance(context, closure.edge_tint, subject),
-        "roughness": paint.scalar_texture(context, closure.roughness, subject),
+def _metal(context: Context, closure: Metal, subject: str) -> Lobe:
+    inputs = {
+        "color": paint.color(context, closure.color, subject),
+        "edge_tint": paint.color(context, closure.edge_tint, subject),
+        "roughness": paint.number(context, closure.roughness, subject),
         "keeps_energy": closure.multiple_scattering,
+        **facet_inputs(),
         **_direction(context, closure.anisotropy, closure.rotation, closure.tangent, subject),
     }
-    return context.load(description)
+    return Lobe("blender_glossy", inputs)
 
 
 def _glass(
     context: Context,
-    colors: tuple[Any, Any, Any],
+    colors: tuple[Source, Source],
     closure: Glass | Principled,
     ior: float | Spectrum,
     subject: str,
-) -> Any:
+    *,
+    halves: bool = False,
+) -> Lobe:
+    """``colors``: what is reflected, and what passes."""
     roughness = closure.roughness
-    if isinstance(ior, Spectrum):
-        texture, nominal = paint.sampled_spectrum(context, ior), float(ior.at(589.3)) or 1.5
-    else:
-        texture, nominal = context.load({"type": "uniform", "value": float(ior)}), float(ior)
     smooth = _is_smooth(roughness)
-    description = {
-        "type": "blender_glass",
+    disperses = isinstance(ior, Spectrum) and context.spectral
+    inputs = {
         "reflection_color": colors[0],
         "transmission_color": colors[1],
-        "ior": texture,
-        "nominal_ior": nominal,
+        "disperses": disperses,
         "smooth": smooth,
+        "halves": halves,
         "reflects": getattr(closure, "reflects", True),
+        "keeps_energy": closure.multiple_scattering,
+        **glass_inputs(context, ior, smooth=smooth),
     }
     if not smooth:
-        description["facet_color"] = colors[2]
-        description["roughness"] = paint.scalar_texture(context, roughness, subject)
-    return context.load(description)
+        inputs["facet_color"] = colors[1]
+        inputs["roughness"] = paint.number(context, roughness, subject)
+    return Lobe("blender_glass", inputs)
 
 
-def _principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Any]]:
-    if closure.sheen_weight != 0:
-        context.note(subject, "uses sheen, which is left out")
+def _principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
     opaque = weight.times(closure.alpha)
+    if closure.sheen_weight != 0:
+        sheen = (closure.sheen_tint, closure.sheen_roughness, True)
+        yield opaque.times(closure.sheen_weight), _sheen(context, sheen, subject)
+        opaque = opaque.times(sheen_clear(context, closure, subject))
     if closure.alpha != 1.0:
-        yield weight.times(closure.alpha, complement=True), context.load({"type": "null"})
-    base = paint.reflectance(context, closure.base_color, subject)
+        yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
+    base = paint.color(context, closure.base_color, subject)
     ior = _specular_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
-        white = context.load({"type": "uniform", "value": 1.0})
         # light passes two surfaces on its way through a body, so each takes half of the color
-        half_tint = context.load({"type": "root_paint", "color": base})
         glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
-        yield through, _glass(context, (white, half_tint, base), closure, glass_ior, subject)
+        yield through, _glass(context, (Tint(np.ones(3)), base), closure, glass_ior, subject, halves=True)
     # metal keeps its full share; transmission takes its share from what is not metal
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
-        "type": "blender_principled",
         "base_color": base,
-        "metallic": paint.scalar_texture(context, closure.metallic, subject),
-        "roughness": paint.scalar_texture(context, closure.roughness, subject),
-        "ior": ior,
-        "coat_roughness": paint.scalar_texture(context, closure.coat_roughness, subject),
-        "coat_ior": float(closure.coat_ior),
+        "metallic": paint.number(context, closure.metallic, subject),
+        "roughness": paint.number(context, closure.roughness, subject),
         "keeps_energy": closure.multiple_scattering,
+        **facet_inputs(),
+        **specular_inputs(ior, closure.multiple_scattering),
         **_direction(context, closure.anisotropic, closure.anisotropic_rotation, closure.tangent, subject),
     }
     if closure.coat_weight != 0:
-        reflecting["coat_weight"] = paint.scalar_texture(context, closure.coat_weight, subject)
+        reflecting |= {
+            "coat_weight": paint.number(context, closure.coat_weight, subject),
+            "coat_roughness": paint.number(context, closure.coat_roughness, subject),
+            **coat_inputs(float(closure.coat_ior)),
+        }
     if not _is_white(closure.specular_tint):
-        tint = paint.reflectance(context, closure.specular_tint, subject)
+        tint = paint.color(context, closure.specular_tint, subject)
         reflecting |= {"specular_tint": tint, "edge_tint": tint}
     if not _is_white(closure.coat_tint):
-        reflecting["coat_tint"] = paint.reflectance(context, closure.coat_tint, subject)
+        reflecting["coat_tint"] = paint.color(context, closure.coat_tint, subject)
     if closure.diffuse_roughness != 0:
-        reflecting["diffuse_roughness"] = paint.scalar_texture(context, closure.diffuse_roughness, subject)
+        reflecting["diffuse_roughness"] = paint.number(context, closure.diffuse_roughness, subject)
     if closure.subsurface_weight != 0:
         medium = (closure.subsurface_radius, closure.subsurface_scale, closure.subsurface_anisotropy)
         below = _subsurface(context, closure.base_color, medium, subject)
         if below is not None:
-            weight_below = paint.scalar_texture(context, closure.subsurface_weight, subject)
+            weight_below = paint.number(context, closure.subsurface_weight, subject)
             reflecting |= {"subsurface": below, "subsurface_weight": weight_below}
-    yield kept, context.load(reflecting)
+    yield kept, Lobe("blender_principled", reflecting)
     if closure.transmission != 0 and closure.metallic != 0:
-        one = context.load({"type": "uniform", "value": 1.0})
         metal = opaque.times(closure.transmission).times(closure.metallic)
-        yield metal, context.load({**reflecting, "metallic": one})
+        yield metal, Lobe("blender_principled", {**reflecting, "metallic": Number(1.0)})
+
+
+def _sheen(context: Context, made_of: tuple[Paint, Scalar, bool], subject: str) -> Lobe:
+    color, roughness, microfiber = made_of
+    inputs: dict[str, Any] = {
+        "color": paint.color(context, color, subject),
+        "roughness": paint.number(context, roughness, subject),
+        "ashikhmin": not microfiber,
+    }
+    if microfiber:
+        inputs |= {name: Albedos(values) for name, values in sheen_tables().items()}
+    return Lobe("blender_sheen", inputs)
 
 
 def _is_white(color: Any) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Camera, Falloff, Light, Material, Scene, SunLight
+from spectral_core.scene import Camera, Falloff, Light, Material, ScatteringMedium, Scene, SunLight
 
 SMALLEST_RADIUS = 0.05
 """Radius of scenes below which they are rendered in units of their own. Large ones are not: a single object far out
@@ -32,6 +32,7 @@ def in_working_units(scene: Scene, radius: float) -> Scene:
         ),
         lights=tuple(_light(item, factor) for item in scene.lights),
         materials=tuple(_material(item, factor) for item in scene.materials),
+        world=replace(scene.world, medium=_medium(scene.world.medium, factor)),
     )
 
 
@@ -69,8 +70,11 @@ def _light(light: Light, factor: float) -> Light:
 
 
 def _material(material: Material, factor: float) -> Material:
-    medium = material.medium
+    return replace(material, medium=_medium(material.medium, factor))
+
+
+def _medium(medium: ScatteringMedium | None, factor: float) -> ScatteringMedium | None:
     if medium is None:
-        return material
+        return None
     strength = medium.emission_strength / factor
-    return replace(material, medium=replace(medium, density=medium.density / factor, emission_strength=strength))
+    return replace(medium, density=medium.density / factor, emission_strength=strength)

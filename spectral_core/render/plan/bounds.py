@@ -11,6 +11,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.mitsuba_scene.radiometry import (
+    intensity_of_point,
+    radiance_of_ball,
+    radiance_of_panel,
+    radiance_of_sun,
+)
 from spectral_core.render.plan.inventory import largest_size, paint_parts
 from spectral_core.scene import (
     AreaLight,
@@ -192,6 +198,7 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
+        added += medium.emission_strength * largest_size(medium.emission_color) * length
         scattering = depth / max(length, 1e-30) * albedo
         for light in scene.lights:
             added += scattering * phase * _irradiance_along(light, box, length, scene)
@@ -208,7 +215,7 @@ def _irradiance_along(light: Light, box: Array, length: float, scene: Scene) -> 
     if isinstance(light, SunLight):
         return light.irradiance * length
     center = light.world_from_light[:3, 3]
-    intensity = light.power_w * (4.0 if isinstance(light, AreaLight) else 1.0) / (4 * np.pi)
+    intensity = intensity_of_point(light.power_w) * (4.0 if isinstance(light, AreaLight) else 1.0)
     distance = _distance_to_box(center, box)
     if distance > 0:
         return intensity / distance**2 * length
@@ -223,12 +230,12 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[float]:
     for light in scene.lights:
         tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
         if isinstance(light, SunLight):
-            yield tint * light.irradiance / (np.pi * max(np.sin(min(light.angle_rad, np.pi) / 2) ** 2, 1e-10))
+            yield tint * radiance_of_sun(light.irradiance, max(min(light.angle_rad, np.pi) / 2, 1e-5))
         elif isinstance(light, AreaLight):
             scale = abs(float(np.linalg.det(light.world_from_light[:3, :3]))) ** (2 / 3)
-            yield tint * light.power_w / (np.pi * max(light.size[0] * light.size[1] * scale, 1e-12))
+            yield tint * radiance_of_panel(light.power_w, max(light.size[0] * light.size[1] * scale, 1e-12))
         elif light.radius > 0:
-            yield tint * light.power_w / (4 * np.pi * np.pi * light.radius**2)
+            yield tint * radiance_of_ball(light.power_w, light.radius)
     if not scene.world.is_black:
         yield scene.world.strength * largest_size(scene.world.color)
     for material in materials:

@@ -88,7 +88,7 @@ def take_inventory(scene: Scene) -> Inventory:
         + spectral_volumes,
         dispersive=which(_is_dispersive),
         fluorescent=which(lambda m: bool(dyed(m))),
-        media=which(lambda m: m.medium is not None),
+        media=which(lambda m: m.medium is not None) + (("World",) if scene.world.medium is not None else ()),
         emissive=emissive,
         transparent=which(lambda m: m.name not in borders and _is_transparent(m)),
         refractive=which(lambda m: any(_refracts(c) for c in leaves(m.surface))),

@@ -130,7 +130,7 @@ def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
     number = lambda emitter: int(dr.reinterpret_array(mi.UInt32, mi.EmitterPtr(emitter))[0])  # noqa: E731
     kinds = {number(emitter): 1 for emitter in scene.emitters() if emitter.is_environment()}
     for shape in scene.shapes():
-        if shape.is_emitter() and not mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.Null):
+        if shape.is_emitter() and shape.bsdf().class_name() != "NullBSDF":  # the body of a lamp
             kinds[number(shape.emitter())] = 2
     table = np.zeros(max(kinds, default=0) + 1, np.uint32)
     table[list(kinds)] = list(kinds.values())
@@ -184,7 +184,7 @@ def _pilot_class(variant: str) -> Any:
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             self.cell = self.pixels * BATCHES + sampler.index % BATCHES
-            state = self.State(ray, active)
+            state = self.begin(ray, active)
 
             def body(state: Any, sampler: Any, flags: Any) -> Any:
                 self.flags = flags
@@ -225,9 +225,9 @@ def _pilot_class(variant: str) -> Any:
             self.flags |= dr.select(event, dr.select(bends, mi.UInt32(2), 1), 0)
             return super().cut_caustic(bsdf, kind)
 
-        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any], active: Any) -> Any:
-            self.blocked = scene.ray_test(ray, active)
-            return super().clear_way(scene, ray, light, active)
+        def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+            self.blocked = scene.ray_test(way[0], active)
+            return super().clear_way(scene, way, light, active)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, Any, Any], path: Any, active: Any) -> Any:
             value = super().direct(scene, sampler, hit, path, active)

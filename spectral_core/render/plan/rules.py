@@ -100,8 +100,12 @@ def _media(found: Found) -> Effect:
     if not found.inventory.media:
         return absent("media", "no material has a volume", MEDIA_SHARE)
     carriers = [material for material in found.materials if material.medium is not None]
-    depth = max(bounds.optical_depth(found.scene, material) for material in carriers)
+    depths = [bounds.optical_depth(found.scene, material) for material in carriers]
     error = sum(bounds.error_of_medium(found.scene, material) for material in carriers)
+    if found.scene.world.medium is not None:  # space has no end
+        depths.append(float("inf"))
+        error = 100.0
+    depth = max(depths)
     reason = f"light scatters inside {names(found.inventory.media)}, whose optical depth is at most {depth:.2g}"
     levels = (Level("on"), Level("off", min(error, 100.0), MEDIA_SHARE))
     return Effect("media", levels, reason, "fog, smoke and milk vanish", "bounded", ON_OFF)

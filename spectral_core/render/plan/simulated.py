@@ -37,7 +37,9 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     if not plan.is_on("depth_of_field") and scene.camera.aperture_radius > 0:
         changes["camera"] = replace(scene.camera, aperture_radius=0.0)
     if not plan.is_on("environment") and not scene.world.is_black:
-        changes["world"] = World()
+        changes["world"] = World(medium=scene.world.medium)
+    if not plan.is_on("media") and scene.world.medium is not None:
+        changes["world"] = replace(changes.get("world", scene.world), medium=None)
     if not plan.is_on("volumes") and scene.volumes:
         changes["volumes"] = ()
     materials = tuple(_material(material, plan) for material in scene.materials)

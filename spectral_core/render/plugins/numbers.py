@@ -35,3 +35,23 @@ def table(kind: Any, values: Any) -> Any:
     given = np.asarray(values)
     wanted = np.float32 if np.issubdtype(given.dtype, np.floating) else np.uint32
     return kind(aligned(given.astype(wanted)))
+
+
+def channel_mean(dr: Any, value: Any) -> Any:
+    """Mean over the channels of a color or spectrum.
+
+    ``dr.mean`` divides by the number of all entries, lanes included: outside of calls the size of the picture would
+    be written into the kernel.
+    """
+    return dr.sum(value) * (1.0 / len(value))
+
+
+def own_copy(kind: Any, array: NDArray[Any]) -> Any:
+    """Numbers in Dr.Jit's own memory: NumPy's, mapped, would look like another kind to a recorded launch."""
+    import drjit as dr
+
+    values = kind(array.ravel())
+    result = dr.empty(kind, dr.width(values))
+    dr.scatter(result, values, dr.arange(dr.uint32_array_t(kind), dr.width(values)))
+    dr.eval(result)
+    return result

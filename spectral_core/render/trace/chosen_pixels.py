@@ -39,6 +39,8 @@ class Sums:
 class ChosenPixels(Accumulator):
     """Traces pixels by number (row · width + column, row 0 at the bottom) through one loaded scene."""
 
+    keeps_light = False
+
     def __init__(
         self,
         mitsuba: Any,
@@ -66,11 +68,12 @@ class ChosenPixels(Accumulator):
         self._chosen = mi.UInt32(np.ascontiguousarray(pixels, dtype=np.uint32))
         first = np.ascontiguousarray(done, dtype=np.uint32)
         self._samples_of = mi.UInt32(first), mi.UInt32(first + np.asarray(more, dtype=np.uint32))
+        # Another seed gives the other half numbers of its own, so that their difference is the noise of both.
         self.film = replace(self.film, seed=(self._seed + half * _SEED_STEP) % (1 << 31))
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)
         colors = np.array(tile.sums, dtype=np.float64).T
-        colors = colors if self._plan is None else colors @ RGB_FROM_XYZ.T
+        colors = colors if self.plan is None else colors @ RGB_FROM_XYZ.T
         bands = None
         if self.band_count:
             bands = np.array(tile.bands, dtype=np.float64).reshape(len(pixels), -1)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
+from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.scene import Rays
 
@@ -22,19 +23,23 @@ MOST_LAYERS = 64
 class FirstHit:
     """Walks camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
 
-    ``transparent``: the environment is not seen directly; ``radiance`` and coverage then leave it out.
+    ``transparent``: the environment is not seen directly; ``radiance`` and coverage then leave it out. Holdouts
+    cut holes into either kind of film.
     """
 
     mitsuba: Any
     scene: Any
     hidden: tuple[Any, ...]
     transparent: bool
-    medium: Any | None = None
-    """What the camera stands in."""
     background: Any | None = None
     """The emitter that the camera sees behind everything, None for black."""
     rules: Tables | None = None
     """Which shapes the camera does not see, and which are holdouts."""
+
+    @property
+    def looks_through(self) -> bool:
+        """Whether a pixel may be covered in part."""
+        return self.transparent or (self.rules is not None and self.rules.cuts_holes)
 
     def past_hidden(self, ray: Any) -> Any:
         """The ray, started behind the hidden shapes that lie on its way before anything else."""
@@ -64,37 +69,62 @@ class FirstHit:
     def straight_through(self, ray: Any) -> tuple[Any, Any]:
         """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light seen there.
 
-        A holdout covers nothing and shows nothing.
+        A holdout covers nothing and shows nothing. Where the film is not transparent the environment covers.
         """
         import drjit as dr
 
         mi = self.mitsuba
         bounds = dr.opaque(mi.UInt32, MOST_LAYERS)
+        fills = None if self.rules is None else self.rules.media
 
-        def body(origin: Any, length: Any, passed: Any, hole: Any, layers: Any, walking: Any) -> Any:
+        def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
-            si = self.scene.ray_intersect(probe, walking)
+            si = self.intersect(probe, walking)
             si.dn_dv = camera_marks(mi)
             met = walking & si.is_valid()
             unseen, is_hole = self._rules_of(si, met)
-            clear = si.bsdf().eval_null_transmission(si, met & ~unseen)
+            clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
+            if self.rules is not None and self.rules.has_holdout_surfaces:
+                si.dn_dv = mi.Vector3f(QUESTION, 0.0, 0.0)
+                share = self.surface(si).eval_null_transmission(si, met & ~unseen & ~is_hole) - clear
+                hole = dr.select(met & ~unseen & ~is_hole, hole + passed * dr.maximum(share, 0.0), hole)
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
+            if self.rules is not None and fills is not None:
+                way = dr.select(si.is_valid(), si.t, dr.inf)
+                passed = dr.select(walking, passed * fills.clear(fog[0], way, ray.wavelengths, walking), passed)
+                fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < bounds)
             # a walk that is cut off here has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
-            return origin, dr.select(onward, length - si.t, length), passed, hole, layers + 1, onward
+            return origin, dr.select(onward, length - si.t, length), passed, hole, fog, layers + 1, onward
 
-        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Spectrum(1.0), mi.Spectrum(0.0), mi.UInt32(0), mi.Bool(True))
-        _, _, passed, hole, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _n, walking: walking, body)
+        fog = mi.UInt32(0), mi.UInt32(0)
+        if fills is not None:
+            fog = mi.UInt32(fills.camera), mi.UInt32(fills.around)
+        clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
+        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, mi.UInt32(0), mi.Bool(True))
+        _, _, passed, hole, _, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)
+        if not self.transparent:
+            return hole, mi.Spectrum(0.0)
         environment = self.background
         if environment is None:
             return passed + hole, mi.Spectrum(0.0)
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
         return passed + hole, passed * environment.eval(miss)
+
+    def intersect(self, ray: Any, active: Any) -> Any:
+        """The nearest hit of a ray."""
+        assert self.rules is not None, "scenes that are not ours have no tables of ours"
+        return self.rules.intersect(self.scene, ray, active)
+
+    def surface(self, si: Any) -> Any:
+        """What the surface at a hit does with light."""
+        assert self.rules is not None, "scenes that are not ours have no surfaces of ours"
+        return self.rules.surface(si)
 
     def _rules_of(self, si: Any, met: Any) -> tuple[Any, Any]:
         """Whether the camera passes a hit as if it were not there, and whether it is a holdout."""

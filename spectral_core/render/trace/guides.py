@@ -74,12 +74,12 @@ class GuidePass(Accumulator):
         def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, length
-            si = first_hit.scene.ray_intersect(probe, walking)
+            si = first_hit.intersect(probe, walking)
             si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
             met = walking & si.is_valid()
             unseen, hole = first_hit._rules_of(si, met)
             seen = met & ~unseen & ~hole
-            bs, weight = si.bsdf().sample(mi.BSDFContext(), si, pick, direction, seen)
+            bs, weight = first_hit.surface(si).sample(mi.BSDFContext(), si, pick, direction, seen)
             straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
             shown = seen & ~straight
             share = mi.Color3f(weight[0], weight[1], weight[2])

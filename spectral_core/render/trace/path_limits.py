@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.scene import Rays
 
@@ -36,35 +37,46 @@ def clamped(settings: PathSettings, value: Any, indirect: Any) -> Any:
     none = float(dr.largest(mi.Float))
     highest = [limit * settings.white if limit > 0 else none for limit in (limits.clamp_direct, limits.clamp_indirect)]
     low, high = (dr.opaque(mi.Float, limit) for limit in highest)
-    mean = dr.mean(dr.abs(value))
+    mean = channel_mean(dr, dr.abs(value))
     most = dr.select(indirect, high, low)
     return value * dr.select(mean > most, most / mean, 1.0)
 
 
-def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+def shone_through(
+    tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any
+) -> Any:
     """The product of what the surfaces on a shadow ray let through.
 
-    ``way``: scene and ray; ``light``: number of the light, surfaces passed before, marks of the ray.
+    ``way``: scene, ray, the medium that it begins in and the one around that; ``light``: number of the light,
+    surfaces passed before, marks of the ray.
     """
     import drjit as dr
     import mitsuba as mi
 
-    scene, ray = way
+    scene, ray, media = way
     emitter, passed, marks = light
+    fills = tables.media
 
-    def body(ray: Any, clear: Any, layers: Any, active: Any) -> Any:
-        si = scene.ray_intersect(ray, mi.RayFlags.All, False, active)
+    def body(ray: Any, clear: Any, layers: Any, fog: Any, active: Any) -> Any:
+        si = tables.intersect(scene, ray, active)
         si.dn_dv = marks
         met = active & si.is_valid()
         blocks = met & tables.casts_shadow(tables.shape_number(si), emitter)
-        clear = dr.select(blocks, clear * si.bsdf().eval_null_transmission(si, blocks), clear)
-        layers = dr.select(blocks, layers + 1, layers)
+        clear = dr.select(blocks, clear * tables.surface(si).eval_null_transmission(si, blocks), clear)
+        counts = blocks
+        if fills is not None:
+            length = dr.select(si.is_valid(), si.t, ray.maxt)
+            clear = dr.select(active, clear * fills.clear(fog[0], length, ray.wavelengths, active), clear)
+            number = tables.shape_number(si)
+            fog = fills.crossed(fog, number, si, (ray.d, ray.d), met)
+            counts = blocks & ~fills.is_border(number, met)
+        layers = dr.select(counts, layers + 1, layers)
         rest = ray.maxt - si.t
         ray = dr.select(met, si.spawn_ray(ray.d), ray)
         ray.maxt = rest
-        return ray, clear, layers, met & (dr.max(clear) > 0.0) & (layers <= most_layers)
+        return ray, clear, layers, fog, met & (dr.max(clear) > 0.0) & (layers <= most_layers)
 
-    start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), active)
-    _, clear, layers, _ = dr.while_loop(start, lambda _r, _c, _n, active: active, body)
+    start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), media, active)
+    _, clear, layers, _, _ = dr.while_loop(start, lambda _r, _c, _n, _m, active: active, body)
     # a way that was cut off in the middle is blocked
     return dr.select(layers <= most_layers, clear, 0.0)

@@ -31,11 +31,13 @@ def path_sampler_class(variant: str) -> Any:
             self.index, self.dimension = mi.UInt32(index), mi.UInt32(0)
 
         def next_pair(self) -> tuple[Any, Any]:
+            # Multiples of 2^32 over the golden ratio: neighboring dimensions have seeds far apart.
             seed = self.pixel ^ (self.dimension * 0x9E3779B9)
             self.dimension = self.dimension + 1
             return sobol.pair(self.index, sobol.hashed(seed))
 
         def next_1d(self, active: Any = True) -> Any:
+            # 24 bits fill a float32; more would round some numbers up to 1.
             return mi.Float(self.next_pair()[0] >> 8) * 2.0**-24
 
         def next_2d(self, active: Any = True) -> Any:

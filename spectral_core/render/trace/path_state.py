@@ -30,7 +30,10 @@ def path_state_class(variant: str) -> Any:
             "diffuse": mi.UInt32,
             "glossy": mi.UInt32,
             "transmission": mi.UInt32,
+            "volume": mi.UInt32,
             "passed": mi.UInt32,  # surfaces passed straight
+            "medium": mi.UInt32,  # what the ray flies through, and what is around that
+            "outer": mi.UInt32,
             "leaves": mi.Bool,  # whether the ray comes from below the surface that it meets next
             "kind": mi.UInt32,  # Rays: how the ray left the last surface
             # the last surface that scattered, from which a light met now could have been sampled

@@ -67,6 +67,7 @@ class Reradiation:
                     if weight is not None:
                         self._weights.append((row + 1, k, weight))
                     k += 1
+        # Tables, not constants of the kernel: another dye compiles nothing.
         self._excitation, self._emission = table(mi.Float, excitation), table(mi.Float, emission)
         edges = cell_edges(lights, EXCITED_NM)
         self._cells = edges.size - 1
@@ -80,6 +81,7 @@ class Reradiation:
             for row, item in enumerate(dyed)
             for shape in item.shapes
         ]
+        # By Mitsuba's number of a shape: one lookup at a hit tells the dyes. 0: not fluorescent.
         rows = np.zeros(max((number for number, _ in numbers), default=0) + 1, np.uint32)
         for number, row in numbers:
             rows[number] = row
@@ -98,6 +100,7 @@ class Reradiation:
         index = row - 1
         chance = mi.Float(0.0)
         for k in range(4):
+            # One decision for all four wavelengths of the path, by the mean of their chances.
             chance += 0.25 * self._at(self._chances, index, si.wavelengths[k], dyed)
         chance = dr.select(
             dyed & (chance > 0.0) & (sum(weights) > 0.0), dr.clip(chance, LEAST_CHANCE, MOST_CHANCE), 0.0
@@ -107,10 +110,12 @@ class Reradiation:
         found: list[Any] = []
         factors: list[Any] = []
         for k in range(4):
+            # Under dispersion the four are one wavelength; four exciting ones would part them.
             if k and self._teeth == 1:
                 found.append(found[0])
                 factors.append(factors[0])
                 continue
+            # A comb again: four numbers a quarter apart from one random number, as the path's own wavelengths are.
             moved = place + 0.25 * k
             wavelength, density = self._drawn(index, moved - dr.floor(moved), shifted)
             reradiated = mi.Float(0.0)
@@ -119,7 +124,9 @@ class Reradiation:
                 sent = weight * self._at(self._emission, which, si.wavelengths[k], shifted)
                 reradiated += sent * self._at(self._excitation, which, wavelength, shifted)
             found.append(wavelength)
+            # D(λ, λ') over the probability of this way; the surface's cosine and π are the even lobe's.
             factors.append(reradiated / dr.maximum(density * chance, 1e-30))
+        # Who stays makes up for those who left.
         stays = dr.rcp(1.0 - chance)
         factor = dr.select(shifted, mi.Spectrum(*factors), mi.Spectrum(stays))
         return dr.select(shifted, mi.Spectrum(*found), si.wavelengths), factor, shifted
@@ -144,6 +151,7 @@ class Reradiation:
         def cumulative(cell: Any) -> Any:
             return dr.gather(mi.Float, self._cumulative, first + cell, active)
 
+        # Inverse of the cumulative distribution; within a cell the density is constant, so the rest is linear.
         cell = dr.binary_search(0, self._cells, lambda cell: cumulative(cell + 1) <= place)
         cell = dr.minimum(cell, self._cells - 1)
         low, high = cumulative(cell), cumulative(cell + 1)
@@ -165,6 +173,24 @@ class Reradiation:
         return dr.select(inside, dr.lerp(first, second, place - mi.Float(low)), 0.0)
 
 
+def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+    """Where light leaves evenly whatever the surface is, and a direction on the side that it leaves on.
+
+    So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at the
+    wavelengths that excite the dye.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    toward, tables = mi.Vector3f(si.dn_du), integrator.tables.reradiation
+    if tables is None:
+        return path.leaves, -toward
+    others, factor, shifted = tables.shift(si, sampler, active & ~path.leaves)
+    si.wavelengths = others
+    path.throughput *= factor
+    return path.leaves | shifted, dr.select(shifted, toward, -toward)
+
+
 def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emission: Array) -> Array:
     """(m + 1,) cumulative probability of exciting wavelengths; ``excitation``, ``emission``: (dyes, n) of a surface."""
     viewer = observer(STANDARD)
@@ -183,6 +209,7 @@ def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emi
 def _chance(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> Array:
     """(n,) how much of the light that leaves the surface at each wavelength comes from dyes, under all lights."""
     grid = SpectralGrid(EXCITED_NM)
+    # A twentieth of even light: what other dyes or surfaces send may excite as well.
     light = np.full(_SIZE, 0.05 / _SIZE)
     for spectrum in lights:
         values = spectrum.resampled(grid, average=True).values

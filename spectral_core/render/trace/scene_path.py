@@ -15,7 +15,7 @@ from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import path_limits
+from spectral_core.render.trace import hit_sides, in_media, path_limits, reradiation
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
@@ -45,6 +45,9 @@ def scene_path_class(variant: str) -> Any:
         """Radiance along camera rays."""
 
         State = PathState
+        upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
+        even_lobe = reradiation.even_lobe
+        seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
             super().__init__(mi.Properties())
@@ -54,17 +57,21 @@ def scene_path_class(variant: str) -> Any:
             # opaque: kernels read the numbers, so that another limit compiles nothing
             self.bounces, self.layers = count(settings.bounces), count(min(limits.transparent, MOST_LAYERS))
             self.diffuse, self.glossy = count(limits.diffuse), count(limits.glossy)
-            self.transmission = count(limits.transmission)
+            self.transmission, self.volume = count(limits.transmission), count(limits.volume)
             self.met: Any = None
             """What the ray brought, by what it came from."""
             self.asked: Any = None
             """Number of the light that the last surface asked."""
+            self.asked_way: Any = None
+            """Local direction to that light, and what the surface sends on from there."""
+            self.fog: Any = None
+            """Whether the path scatters in a medium now, and the medium."""
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
-            state = PathState(ray, active)
+            state = self.begin(ray, active)
             state, _ = dr.while_loop(
                 (state, sampler),
                 lambda state, _: state.active,
@@ -72,12 +79,19 @@ def scene_path_class(variant: str) -> Any:
                 labels=("path", "sampler"),
             )
             # they are of inside the loop; a recorded launch reads every member of the integrator after it
-            self.met = self.asked = None
+            self.met = self.asked = self.asked_way = self.fog = None
             return state.light, state.seen, []
+
+        def begin(self, ray: Any, active: Any) -> Any:
+            """A path at the camera."""
+            state = PathState(ray, active)
+            if self.tables.media is not None:
+                state.medium, state.outer = mi.UInt32(self.tables.media.camera), mi.UInt32(self.tables.media.around)
+            return state
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: what it brings, what is sampled there, and how the path goes on."""
-            si = scene.ray_intersect(path.ray, mi.RayFlags.All, path.depth == 0, path.active)
+            si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
             unseen = path.active & si.is_valid() & self.tables.passes(shape, path.kind)
             si.dn_du = -path.ray.d  # what closures know the viewer by, see plugins.closures.upright
@@ -85,16 +99,22 @@ def scene_path_class(variant: str) -> Any:
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
             unseen &= ~leaves
-            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves)
+            floats, place = mi.Bool(False), si
+            if self.tables.media is not None:
+                floats, place = self.fly(si, path, sampler, path.active & ~leaves)
+                unseen &= ~floats
+            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
             path.light += self.clamped(path.throughput * arrived, path.depth > 1)
 
-            hit = path.active & si.is_valid() & ~unseen & ~self.is_hole(shape, path.kind)
-            path.seen |= hit
-            bsdf = si.bsdf()
+            hit = path.active & si.is_valid() & ~unseen & ~floats & ~self.is_hole(shape, path.kind)
+            path.seen |= hit | floats
+            bsdf = self.tables.surface(si)
             # as many transparent surfaces as the scene allows, and one more way to what lies behind the last
             hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed <= self.layers)
             matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
-            direct = self.direct(scene, sampler, (si, bsdf, shape, (matt, along)), path, hit & ~path.last)
+            place.wavelengths = si.wavelengths  # a dye may have changed them
+            lit = (place, bsdf, shape, (matt, along))
+            direct = self.direct(scene, sampler, lit, path, (hit | floats) & ~path.last)
             path.light += self.clamped(path.throughput * direct, path.depth > 0)
 
             pick, direction = sampler.next_1d(), sampler.next_2d()
@@ -109,15 +129,28 @@ def scene_path_class(variant: str) -> Any:
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             scatters = hit & ~straight & ~path.last & ~dives & drawn_well
             onward = unseen | (hit & straight) | scatters
+            border = mi.Bool(False)
+            if self.tables.media is not None:
+                ways = path.ray.d, dr.select(scatters, outward, path.ray.d)
+                path.medium, path.outer = self.tables.media.crossed(
+                    (path.medium, path.outer), shape, si, ways, onward & si.is_valid()
+                )
+                border = self.tables.media.is_border(shape, hit)
             path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
-            path.passed = dr.select(hit & straight, path.passed + 1, path.passed)
+            path.passed = dr.select(hit & straight & ~border, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.lets_through(bsdf) | leaves)
 
+            # A surface passed straight does not renew the ray's length.
             rest = path.ray.maxt - si.t
             path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
             path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            bounces = scatters
+            if self.tables.media is not None:
+                limits = self.volume, self.bounces
+                turns = in_media.scatter(self.tables.media, (place, path), (pick, direction), floats, limits)
+                onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
                 below, factor, surfaces, sampler = walk(
@@ -132,12 +165,22 @@ def scene_path_class(variant: str) -> Any:
             # Russian roulette by the light that a path can still bring, freed of what refraction spread it by
             strongest = dr.max(path.throughput)
             survival = dr.minimum(strongest * dr.square(path.eta), 0.95)
-            gamble = scatters & (path.depth >= ROULETTE_BOUNCES)
+            # Only real bounces gamble: a stack of clear surfaces must not end paths.
+            gamble = bounces & (path.depth >= ROULETTE_BOUNCES)
             dies = gamble & (sampler.next_1d() >= survival)
             spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
             path.throughput = dr.select(gamble & ~dies, spared, path.throughput)
             path.active = onward & ~dies & (strongest > 0.0) & (path.passed <= self.layers + 1)
             return path, sampler
+
+        def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+            """Through a medium to the next surface: whether the path scatters before it, and where."""
+            flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
+            glow = mi.Spectrum(dr.select(active, path.throughput * flight.glow, 0.0))
+            path.light = mi.Spectrum(path.light + self.clamped(glow, path.depth > 1))
+            path.throughput *= dr.select(active, flight.weight, 1.0)
+            self.fog = flight.scatters, path.medium
+            return flight.scatters, place
 
         def count(self, path: Any, bs: Any, scatters: Any) -> None:
             """Count a bounce by its kind, as Cycles does, and see whether it was the last."""
@@ -155,36 +198,20 @@ def scene_path_class(variant: str) -> Any:
             kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
             path.kind = dr.select(scatters, kind, path.kind)
 
-        def upright(self, si: Any) -> Any:
-            """Direction to the viewer on the side of the surface that the geometry has, as in Cycles.
+        def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
+            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling.
 
-            Where interpolated normals lean away from the viewer it would lie below the surface that is seen, and the
-            surface would be lit from behind; mirrored at the surface it keeps its angle and its side.
+            ``of``: which lights count, by their number; all if None.
             """
-            outside = dr.dot(si.n, si.to_world(si.wi)) > 0.0
-            faces = dr.dot(si.n, si.sh_frame.n) > 0.0
-            above = (si.wi.z > 0.0) == (outside == faces)
-            return mi.Vector3f(si.wi.x, si.wi.y, dr.select(above | ~si.is_valid(), si.wi.z, -si.wi.z))
-
-        def keeps_side(self, si: Any, wo: Any, outward: Any) -> Any:
-            """Whether a direction leaves on the side of the geometry that it leaves the shading on: no leaks."""
-            outside = dr.dot(si.n, outward) * dr.dot(si.n, si.sh_frame.n) > 0.0
-            return (wo.z > 0.0) == outside
-
-        def leaves_as_drawn(self, si: Any, bs: Any, outward: Any) -> Any:
-            """Whether a drawn direction reflects off, or passes through, the geometry as it does the shading."""
-            same_side = dr.dot(si.n, outward) * dr.dot(si.n, mi.Vector3f(si.dn_du)) > 0.0
-            return same_side == mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection)
-
-        def arrived(self, si: Any, path: Any, active: Any) -> Any:
-            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling."""
             scattered = dr.select(path.depth > 0, path.depth - 1, 0)
 
             def share(number: Any, pdf: Any, on: Any) -> Any:
                 lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
+                lit = lit if of is None else lit & of(number)
                 if self.tables.shadowless is not None:
                     # what nothing blocks is sampled only: a ray may be blocked on its way there
                     lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
+                # Power heuristic; after a mirror no light could have been sampled, so what is met counts in full.
                 own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
                 return dr.select(lit, own, 0.0)
 
@@ -192,23 +219,9 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
             self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
-            if self.tables.camera_world is not None:
+            if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
-
-        def even_lobe(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-            """Where light leaves evenly whatever the BSDF is, and a direction on the side that it leaves on.
-
-            So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at
-            the wavelengths that excite the dye.
-            """
-            toward = mi.Vector3f(si.dn_du)
-            if self.tables.reradiation is None:
-                return path.leaves, -toward
-            others, factor, shifted = self.tables.reradiation.shift(si, sampler, active & ~path.leaves)
-            si.wavelengths = others
-            path.throughput *= factor
-            return path.leaves | shifted, dr.select(shifted, toward, -toward)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number, even lobe), through what is clear."""
@@ -216,20 +229,28 @@ def scene_path_class(variant: str) -> Any:
             if self.lights.is_empty:
                 return mi.Spectrum(0.0)
             si, bsdf, shape, (matt, along) = hit
-            wanted = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves)
+            floats, medium = (mi.Bool(False), mi.UInt32(0)) if self.fog is None else self.fog
+            wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
+            to = Receiver(si.p, self.seen_side(si, path.ray.d), self.lets_through(bsdf) | path.leaves | floats)
             drawn = self.lights.draw(si, to, sampler, self.tables, wanted)
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
-            wanted &= self.tables.lights_it(drawn.number, self.kind_of(bsdf, si, wo), path.depth, shape)
+            kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo))
+            wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
             # lobes that mirror look at the geometry themselves, about a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            wanted &= kept | matt
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt)
+            wanted &= kept | matt | floats
+            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, wo, wanted & ~matt & ~floats)
+            media = mi.UInt32(0), mi.UInt32(0)
+            if self.tables.media is not None:
+                hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
+                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, medium), wanted)
+                value, pdf = dr.select(floats, mi.Spectrum(fog[0]), value), dr.select(floats, fog[1], pdf)
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
                 value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
+            self.asked_way = (wo, value)
             share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
@@ -238,29 +259,18 @@ def scene_path_class(variant: str) -> Any:
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = si.spawn_ray_to(drawn.point)
             marks = shadow_marks(mi, si.dn_dv)
-            clear = self.clear_way(scene, ray, (drawn.number, path.passed, marks), wanted & ~shadowless)
+            clear = self.clear_way(scene, (ray, media), (drawn.number, path.passed, marks), wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 
-        def seen_side(self, si: Any, direction: Any) -> Any:
-            """Normal of the geometry on the side that a ray comes from."""
-            return dr.select(dr.dot(si.n, direction) > 0.0, -si.n, si.n)
+        def clear_way(self, scene: Any, way: tuple[Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks).
 
-        def lets_through(self, bsdf: Any) -> Any:
-            """Whether light from behind a surface reaches its front."""
-            return mi.has_flag(bsdf.flags(), mi.BSDFFlags.Transmission)
-
-        def kind_of(self, bsdf: Any, si: Any, wo: Any) -> Any:
-            """Kind of ray that a direction is for a surface: a mixed one counts as diffuse on its own side."""
-            same_side = si.wi.z * wo.z > 0.0
-            diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.DiffuseReflection)
-            own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
-            return dr.select(same_side, own, int(Rays.TRANSMISSION))
-
-        def clear_way(self, scene: Any, ray: Any, light: tuple[Any, Any, Any], active: Any) -> Any:
-            """Share of light that comes through from a point of an emitter (number, surfaces passed before, marks)."""
-            if not (self.settings.transparency or self.tables.blocks_selectively):
+            ``way``: the ray there, and the medium that it begins in with the one around that.
+            """
+            ray, media = way
+            if not (self.settings.transparency or self.tables.blocks_selectively or self.tables.media is not None):
                 return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
-            return path_limits.shone_through(self.tables, self.layers, (scene, ray), light, mi.Bool(active))
+            return path_limits.shone_through(self.tables, self.layers, (scene, ray, media), light, mi.Bool(active))
 
         def is_hole(self, shape: Any, kind: Any) -> Any:
             """Whether a ray of the camera meets a holdout, which shows nothing."""

@@ -30,6 +30,8 @@ def hashed(value: Any) -> Any:
 
 def _owen_reversed(bits: Any, seed: Any) -> Any:
     """Scramble digits of a number whose bits are already reversed (Laine and Karras 2011, with Burley's constants)."""
+    # Each step carries only from lower to higher bits of the reversed number: a digit is scrambled by the more
+    # significant ones alone, which is what Owen scrambling asks.
     bits = bits ^ (bits * 0x3D20ADEA)
     bits = bits + seed
     bits = bits * ((seed >> 16) | 1)
@@ -54,6 +56,7 @@ def second_sobol(index: Any) -> Any:
 
 def pair(index: Any, seed: Any) -> tuple[Any, Any]:
     """Point ``index`` of the pair ``seed``, two 32-bit fractions."""
+    # Three independent scrambles: of the order of the points and of the digits of either coordinate.
     order, first, second = hashed(seed), hashed(seed ^ 0x55555555), hashed(seed ^ 0x33333333)
     shuffled = reversed_bits(_owen_reversed(reversed_bits(index), order))
     # a fraction is scrambled from its largest digit on, which a reversal puts first

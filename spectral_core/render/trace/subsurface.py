@@ -44,19 +44,23 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     direction = mi.Frame3f(-smooth).to_world(mi.warp.square_to_cosine_hemisphere(sampler.next_2d()))
     enters = mi.Bool(active) & (dr.dot(direction, outward) < 0.0)
 
+    # The closure hands its parameters over in the fields of the sample that a walk has no other use for.
     g = bs.eta
     radius = dr.maximum(per_wavelength(mi, dr, bs.wo, si.wavelengths) * SCALE, 1e-9)
     seen = dr.clip(color, 0.0, 0.9999)
+    # d'Eon's fit, inverted: the albedo of a single scattering whose multiple scattering shows the wanted color.
     root = dr.safe_sqrt(9.59217 + 41.6808 * seen + 17.7126 * seen * seen)
     square = dr.square(4.20863 * seen - root + 4.09712)
     albedo = dr.clip((1.0 - square) / (1.0 - g * square), 0.0, 0.999999)
     extinction = dr.rcp(radius)
+    # Walks in dark media end almost at once, and their color would be noise: a brighter walk is dimmed instead.
     dimmed = dr.minimum(albedo / LEAST_ALBEDO, 1.0)
     albedo = dr.maximum(albedo, LEAST_ALBEDO)
     factor = mi.Spectrum(bs.pdf) * dimmed
     channels = dr.size_v(mi.Spectrum)
 
     def body(ray: Any, factor: Any, steps: Any, walking: Any, left: Any, sampler: Any) -> tuple[Any, ...]:
+        # One channel draws the distance, chosen by what it still carries; all channels are weighed against the mixture.
         share = dr.abs(factor * albedo)
         share = dr.select(dr.sum(share) > 0.0, share / dr.maximum(dr.sum(share), 1e-30), 1.0 / channels)
         pick, place = sampler.next_1d(), sampler.next_1d()
@@ -71,6 +75,7 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
         length = dr.select(met, hit.t, ray.maxt)
         clear = dr.exp(-extinction * length)
         collides = dr.select(met, mi.Spectrum(1.0), extinction)
+        # The density of this very step under the mixture of channels (one-sample balance heuristic).
         density = dr.sum(share * collides * clear)
         scattered = dr.select(met, mi.Spectrum(1.0), extinction * albedo)
         gained = dr.select(density > 0.0, scattered * clear / dr.maximum(density, 1e-30), 0.0)
@@ -81,6 +86,7 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
         step = dr.select(met, length * (1.0 + 1e-4) + 1e-6, length)
         ray.o = dr.select(onward, ray.o + ray.d * step, ray.o)
         ray.d = dr.select(onward & ~met, turned, ray.d)
+        # A walk that carries less than a millionth adds nothing that is visible.
         alive = onward & (steps < MOST_STEPS) & (dr.max(factor) > 1e-6)
         return ray, factor, steps + 1, alive, left | ends, sampler
 
@@ -90,6 +96,7 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     state = (first, factor, mi.UInt32(0), enters, mi.Bool(False), sampler)
     labels = ("ray", "factor", "steps", "walking", "left", "sampler")
     ray, factor, _, _, left, sampler = dr.while_loop(state, lambda r, f, s, walking, e, m: walking, body, labels=labels)
+    # The walk's last distance must not cut the ray that goes on from here.
     ray.maxt = dr.largest(mi.Float)
     return ray, factor, left, sampler
 

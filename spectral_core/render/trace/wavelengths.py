@@ -136,6 +136,7 @@ def plan_wavelengths(
     responses = cmfs if bands is None else np.concatenate([cmfs, bands.responses])
     if bands is not None and follow_bands:
         wanted = share_by_cell(edges, WAVELENGTHS_NM, bands.responses.sum(axis=0))
+        # Half for the picture, half for the channels: either has at most twice the variance of a render for itself.
         share = 0.5 * share + 0.5 * wanted if wanted.any() else share
     pieces = _pieces(edges, cmfs, bands)
     # A response over a cell of zero density would be lost: keep every cell that is measured open.
@@ -194,6 +195,7 @@ def cell_edges(lights: Sequence[Spectrum], whole_nm: Array = WAVELENGTHS_NM) -> 
         weights.append(importance[between])
     extra, weight = np.concatenate(found), np.concatenate(weights)
     if extra.size > MOST_LIGHT_KNOTS:
+        # The sharpest bends of the lights first: a cell across a slight bend loses least.
         extra = extra[np.argsort(-weight, kind="stable")[:MOST_LIGHT_KNOTS]]
     return np.union1d(whole_nm, extra)
 
@@ -201,6 +203,7 @@ def cell_edges(lights: Sequence[Spectrum], whole_nm: Array = WAVELENGTHS_NM) -> 
 def share_by_cell(edges: Array, nm: Array, response: Array, light: Spectrum | None = None) -> Array:
     """Share of ∫ light · response dλ that each cell has, (m,); zeros where there is none. ``response``: at ``nm``."""
     knots = [] if light is None else [light.grid.wavelengths_nm]
+    # Exact for products of linear pieces, as everywhere where spectra are integrated.
     points, weights = integration_points(edges, *knots)
     amount = weights * np.interp(points, nm, response)
     amount = amount if light is None else amount * light.at(points)

@@ -52,6 +52,8 @@ class BrickWord:
         """
         words = np.full(shows.shape, _EMPTY, np.uint32)
         for octant in range(8):
+            # Cubes grow level by level: a larger empty cube is made of overlapping smaller ones, so three passes per
+            # level suffice.
             empty, levels = (~shows).view(np.uint8), np.zeros(shows.shape, np.uint8)
             for size, larger in itertools.pairwise(REACHES):
                 for axis in range(3):
@@ -101,6 +103,7 @@ class BrickWord:
         import drjit as dr
 
         bits = dr.select(self.shows, self.types.UInt32(0), (self.bits >> octant_shift) & 7)
+        # 1 + l(l + 1)/2 as a formula: a table of eight entries would cost a memory access.
         level = self.types.Float(bits)
         return dr.fma(level * 0.5, level + 1.0, 1.0)
 
@@ -111,6 +114,7 @@ def _and_ahead(empty: NDArray[np.uint8], shift: int, axis: int, down: bool) -> N
     if shift < empty.shape[axis]:
         near, far = [slice(None)] * 3, [slice(None)] * 3
         near[axis], far[axis] = slice(None, -shift), slice(shift, None)
+        # A ray that runs down an axis has its bricks ahead at smaller indices.
         here, there = (far, near) if down else (near, far)
         np.bitwise_and(empty[tuple(here)], empty[tuple(there)], out=both[tuple(here)])
     return both

@@ -45,6 +45,7 @@ def brick_statistics(volume: ScalarVolume, edge: int) -> BrickStatistics:
     """Statistics of ``volume`` in bricks of ``edge`` voxels; slabs of bricks at a time, so memory stays small."""
     data = volume.data.transpose(2, 1, 0)
     layers = _brick_count(data.shape[0], edge)
+    # About 16 million voxels at a time, so that temporaries do not grow with the field.
     per_slab = max(1, (1 << 24) // (edge * data.shape[1] * data.shape[2]))
     slabs = [_slab(data, edge, first, min(first + per_slab, layers)) for first in range(0, layers, per_slab)]
     low, high, slope, second_difference = (np.concatenate(parts) for parts in zip(*slabs, strict=True))
@@ -77,6 +78,7 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     """Statistics of the brick layers [first, last) along z."""
     depth = data.shape[0]
     wide = _wide(data.dtype)
+    # Cells share their corners, so a brick of B cells reads B + 1 voxels.
     start, stop = first * edge, min(last * edge + 1, depth)
     part = data[start:stop]
     # One voxel more on either side, where there is one, for the second differences at the slab's faces.
@@ -89,6 +91,7 @@ def _slab(data: NDArray[Any], edge: int, first: int, last: int) -> tuple[Array, 
     for axis in range(3):
         if inner.shape[axis] > 1:
             rise = np.abs(np.diff(inner, axis=axis))
+            # Greatest rise along each axis, joined as if all three met at one point: an upper bound of the gradient.
             slope = np.hypot(slope, _reduce(rise, edge, np.maximum, edges_along=axis).astype(np.float32))
     low, high = _single(_reduce(part, edge, np.minimum), -np.inf), _single(_reduce(part, edge, np.maximum), np.inf)
     return low, high, slope, second_difference.astype(np.float32)
@@ -99,6 +102,7 @@ def _single(bound: NDArray[Any], outward: float) -> Array:
     rounded: Array = bound.astype(np.float32)
     if bound.dtype.itemsize < 4 or bound.dtype == np.float32:
         return rounded
+    # A bound must stay one: 2^24 + 1 rounds to a float32 below it, and a brick would lose its largest value.
     return np.where(rounded.astype(np.float64) == bound, rounded, np.nextafter(rounded, np.float32(outward)))
 
 

@@ -67,11 +67,13 @@ class DeviceVolume:
 
         types = self.types
         clamped = bounded(p, 0.0, self.last)
+        # At the last voxel center the cell is the one before it, with a weight of 1.
         cell = smaller(types.Array3u(clamped), self.below)
         x, y, z = clamped - types.Array3f(cell)
         first = dr.fma(dr.fma(cell.z, self.sizes[1], cell.y), self.sizes[0], cell.x)
         hx, hy, hz = self.hops
         if self.packed:
+            # Two gathers instead of eight: each word holds its voxel's neighbors across y and z.
             here = dr.gather(types.UInt32, self.store, first, active)
             beside = dr.gather(types.UInt32, self.store, first + hx, active)
             c00, c10, c01, c11 = (
@@ -90,7 +92,7 @@ class DeviceVolume:
 
 
 def _stored_units(low: float, high: float) -> tuple[float, float]:
-    """(base, unit) so that (f - base) / unit is at most 1 and loses as little in float32 as can be."""
+    """(base, unit) so that (f - base) / unit is at most 1 and loses as little as possible in float32."""
     # Data whose range is smaller than their distance from 0 would lose their differences in float32, so they count from
     # the least value.
     is_far = low * high > 0 and min(abs(low), abs(high)) > high - low

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A step grid on the device, and rays through it: what an iteration of the march reads to know how far it may go."""
+"""A step grid on the device, and rays through it: each iteration of the march reads its skip and step from them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEYOND = 1e-3  # voxels by which a lookup is ahead of the ray, so that it never 
 
 
 class DeviceGrid:
-    """A step grid; ``low`` and ``high`` bound in index space what it shows."""
+    """A step grid; ``low`` and ``high`` bound its visible part in index space."""
 
     def __init__(self, types: Any, grid: StepGrid, shape: tuple[int, int, int]) -> None:
         self.types, self.grid = types, grid
@@ -59,7 +59,10 @@ class BrickLine:
         up = flat | (direction > 0)
         self.reach = dr.select(flat, 1e30, grid.edge * inverse)
         self.side = dr.select(up, types.Array3f(1.0), types.Array3f(-1.0))
+        # An axis that the ray never crosses gets a face that is out of reach.
         self.base = dr.select(flat, 1e6, dr.select(up, types.Array3f(0.0), types.Array3f(1.0)))
+        # Octants are numbered 1, 2, 4 by axis and their levels are 3 bits wide: shifts of 3, 6 and 12 add up to the
+        # octant's place.
         bits = dr.select(direction < 0, types.Array3u(3, 6, 12), types.Array3u(0))
         self.octant_shift = bits.x + bits.y + bits.z
 

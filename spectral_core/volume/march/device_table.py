@@ -49,9 +49,11 @@ class Guide:
         # Below half the least distance nothing is to be told apart; the scale of ratios would have no end there.
         least = np.float32(0.5 * positive.min()) if len(positive) else np.float32(1.0)
         least = max(least, np.float32(1e-30))
+        # For positive floats the order of the bit patterns is the order of the numbers.
         bits = np.maximum(above, least).view(np.uint32).astype(np.int64)
         lowest = int(np.array(least).view(np.uint32))
         best: tuple[int, int, NDArray[np.int64]] | None = None
+        # Each further bit of the mantissa doubles the cells; the first guide in which no two knots share one is taken.
         for mantissa in range(2, 17):
             shift = 23 - mantissa
             cell = (bits >> shift) - (lowest >> shift)
@@ -90,9 +92,12 @@ class DeviceTable:
         def stored(values: Any) -> Any:
             return (values - volume.base) / volume.unit
 
+        # Where nothing shows at all the anchor is infinitely far; float32 products need a finite number.
         anchors = np.where(np.isfinite(table.anchors), stored(table.anchors), -_ENDLESS)
         blocks = [anchors[:, None], table.is_empty[:, None], table.values, table.rises * volume.unit]
         if integrals:
+            # Integrals are differences of large sums elsewhere; at stored value 0, the densest part of float32, they
+            # are small.
             origin = float(np.clip(volume.base, table.knots[0], table.knots[-1]))
             blocks.append((table.integrals - _integral(table, origin)) / volume.unit)
         with np.errstate(over="ignore"):  # two knots that float32 cannot tell apart: a jump, whose rise is not read
@@ -101,6 +106,7 @@ class DeviceTable:
         self.widths = [part.shape[1] for part in parts]
         self.stores: list[Any] = [types.Float(aligned(part.ravel())) for part in parts]
         ends = table.values + table.rises * _widths(table)
+        # Heights tell how large a rounding error matters, see ``quadrature._means``.
         self.heights = opaque(types.Float, np.maximum(table.values, ends).max(axis=0))
         self._upload_guide(stored(table.knots).astype(np.float32))
 
@@ -120,8 +126,10 @@ class DeviceTable:
         import drjit as dr
 
         types = self.types
+        # Values at or below the first knot fall into the first cell instead of below it.
         bits = dr.reinterpret_array(types.UInt32, larger(x - self.origin, self.least))
         cell = smaller((bits >> self.shift) - self.offset, self.last)
+        # Threshold and first segment in one packet: one memory access serves the usual cell with one knot.
         entry = dr.gather(types.ArrayXf, self.guide, cell, active, shape=(2, dr.width(x)))
         step = 1 << self.probes - 1
         index = types.UInt32(entry[1]) + dr.select(x >= entry[0], types.UInt32(step), types.UInt32(0))

@@ -91,6 +91,7 @@ def march(
     import drjit as dr
 
     types = path.types
+    # Made from the path, so that every variable of the loop has one lane per ray.
     zero = path.length * 0.0
     number = types.UInt32(zero) if counts else None
     marches = [quadrature_of(field) for field in path.fields]
@@ -101,6 +102,7 @@ def march(
         amounts=[zero + 0.0 for _ in range(materials)],
         fields=[each.begin(field) for each, field in zip(marches, path.fields, strict=True)],
         samples=number,
+        # A copy, so that the two counts are two variables of the loop.
         steps=None if number is None else number + 0,
         light=light,
         sampler=sampler,
@@ -108,6 +110,7 @@ def march(
     least = path.fields[0].data.least_transmittance
 
     def going(state: MarchState) -> Any:
+        # Past the least transmittance nothing visible can be added, whatever lies ahead.
         return (state.t < path.length) & (state.transmittance > least)
 
     def iteration(state: MarchState) -> tuple[MarchState]:
@@ -127,6 +130,7 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
         for each, field, ahead, state in zip(marches, path.fields, aheads, now.fields, strict=True)
     ]
     missed = _any_missed(optics)
+    # A step that missed something is taken back: t stays, and the next iteration tries a shorter one from there.
     end = step.end if missed is None else dr.select(missed, now.t, step.end)
     # The width that float32 really added: a step much shorter than t is rounded, and many steps in the same direction.
     width = step.end - step.begin if missed is None else dr.select(missed, 0.0, step.end - step.begin)
@@ -134,6 +138,7 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
 
     source = [each for part in optics for each in part.source]
     depth = sum((part.extinction for part in optics[1:]), optics[0].extinction) * length
+    # Extinctions of fields that overlap add up; each field's light is attenuated by all of them.
     step_transmittance = dr.exp(-depth)
     gain = now.transmittance * length * mean_attenuation(depth, step_transmittance)
     after = MarchState(
@@ -148,10 +153,12 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
     )
     if now.steps is not None:
         types = path.types
+        # Rejected steps and skips have length 0 and are not counted as samples.
         shows = (length > 0) & (sum(source[1:], source[0]) > 0)
         after.samples = now.samples + dr.select(shows, types.UInt32(1), types.UInt32(0))
         after.steps = now.steps + 1
     if shade is not None:
+        # Light is shaded at the middle of the step, where the midpoint rule reads the field.
         middle = path.distance(0.5 * (step.begin + step.end))
         after.light, after.sampler = shade(now.light, now.sampler, Shown(source, gain, middle))
     return after
@@ -165,15 +172,18 @@ def _look_ahead(field: FieldPath, t: Any, transmittance: Any) -> Ahead:
     found = field.rays.line.lookup(local, inside)
     word = found.word
     steps = word.shows & inside
+    # The sign bit marks an empty brick, whose bits are no step; the first step after the skip stands in.
     planned = dr.select(steps, word.step, data.grid.first) * data.scale
     if data.adapts:
         # The light behind is attenuated by T, so the same error of the picture allows longer steps there.
         planned *= step_growth(data.volume.types, transmittance)
     planned = bounded(planned, data.shortest_step, data.grid.longest)
+    # A rule without a first step makes no step in the iteration of a skip, or the limit on short steps would.
     if data.grid.grid.first == 0.0:
         planned = dr.select(steps, planned, 0.0)
     skip = field.rays.line.skip(found)
     if field.begin is not None:
+        # Before the entry there is no brick: the way to it is the skip.
         skip = dr.select(inside, skip, field.until_entry(t) / field.voxel)
     return Ahead(steps, planned, skip, word.pace if data.adapts else None)
 
@@ -182,6 +192,7 @@ def _agree(path: Path, marches: list[FieldMarch], aheads: list[Ahead], now: Marc
     """The shortest of the fields' skips, then the shortest of their steps after it."""
     parts = list(zip(marches, path.fields, aheads, now.fields, strict=True))
     skips = [field.along(each.skip(ahead, state)) for each, field, ahead, state in parts]
+    # The shortest skip of all: beyond it some field may show something.
     begin = smaller(now.t + _least(skips), path.length)
     # A single field always takes its whole skip, so no rest is left.
     rests = [(skip - (begin - now.t)) / field.voxel if path.is_shared else None

@@ -19,14 +19,14 @@ QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
 class Limits:
     """Limits at which a march trades exactness for time.
 
-    A ray ends at ``least_transmittance``. A step through values that show nothing may be up to ``boldest`` times as
-    long as is certain, and is then checked for missed values; at 1 nothing is missed, to a thousandth of a voxel. No
-    step is shorter than ``shortest_step`` voxels, by default the thesis' "hundred times the frequency of the data
-    grid".
+    A ray ends at ``least_transmittance``. A step through values that show nothing may be ``most_stretch`` times longer
+    than is certain to miss nothing, and is then checked for missed values; at 1 nothing is missed, to a thousandth of
+    a voxel. No step is shorter than ``shortest_step`` voxels, by default the thesis' "hundred times the frequency of
+    the data grid".
     """
 
     least_transmittance: float = 1e-5
-    boldest: float = 2.0
+    most_stretch: float = 2.0
     shortest_step: float = 0.01
 
 
@@ -64,7 +64,7 @@ class MarchInput:
     scale: Any
     quadrature: Quadrature = "midpoint"
     least_transmittance: Any = USUAL.least_transmittance
-    boldest: Any = USUAL.boldest
+    most_stretch: Any = USUAL.most_stretch
     shortest_step: Any = USUAL.shortest_step
     gradient: DeviceVolume | None = None
     """Gradient magnitudes and, in ``weights``, the materials' weights over them, for a two-dimensional function."""
@@ -87,6 +87,7 @@ class MarchInput:
         k = self.materials
         if self.gradient is None or self.weights is None:
             return columns[:k], columns[k] if len(columns) > k else sum(columns[1:], columns[0])
+        # A second lookup, by the gradient's magnitude, only for two-dimensional functions.
         segment = self.weights.find(self.gradient.value(point))
         weights = self.weights.column_values(segment, segment.part)
         extinction = [columns[c] * weights[c] for c in range(k)]
@@ -101,12 +102,14 @@ def clip_to_box(grid: DeviceGrid, point: Any, along: Any, world: Any, begin: Any
     """
     import drjit as dr
 
+    # A ray parallel to a face would divide by 0; at this slope it stays within a voxel over any field.
     inverse = 1.0 / dr.select(dr.abs(along) < 1e-9, dr.select(along < 0, -1e-9, 1e-9), along)
     low, high = (grid.low - point) * inverse, (grid.high - point) * inverse
     enter, leave = smaller(low, high), larger(low, high)
     near = larger(larger(begin, enter.x), larger(enter.y, enter.z))
     far = smaller(smaller(leave.x, leave.y), leave.z)
     length = larger(far - near, 0.0)
+    # A ray that misses the box has its entry far away; its start must stay finite for the lookups that follow.
     near = dr.select(length > 0, near, 0.0)
     start = dr.fma(along, near, point)
     return Rays(start, along, length, world, BrickLine(grid, start, along, inverse))

@@ -60,12 +60,14 @@ class Placed:
         import drjit as dr
 
         vector = self.data.volume.types.Array3f
+        # In index space bricks are unit cells, whatever shear or scale the placement has.
         point, along = self.index_point(vector(ray.origin)), self.index_vector(vector(ray.direction))
         speed = dr.sqrt(dr.dot(along, along))
         along = along / speed
         world = dr.rcp(speed)
         inside = clip_to_box(self.data.grid, point, along, world, 0.0 * world)
         begin = dr.dot(inside.origin - point, along) * world
+        # A surface in front of the field's end cuts the march short.
         length = dr.clip((ray.end - begin) * speed, 0.0, inside.length)
         return Rays(inside.origin, inside.direction, length, world, inside.line), begin
 
@@ -94,12 +96,15 @@ class FieldPath:
         if self.begin is None:
             return True
         local = self.local(t)
+        # Loose at the entry, so that rounding of a shared t does not lose the first brick; strict at the exit, where it
+        # costs a step of no length.
         return (local > -10.0 * _REST) & (local < self.rays.length - _REST)
 
     def until_entry(self, t: Any) -> Any:
         """Units of t until the ray enters; NEVER where it is past the entry or never enters."""
         import drjit as dr
 
+        # The complement of ``inside`` at the entry: a ray must be in exactly one of the two states, or it stands still.
         waits = (self.local(t) <= -10.0 * _REST) & (self.rays.length > _REST)
         return dr.select(waits, self.begin - t, NEVER)
 
@@ -138,6 +143,7 @@ def path_through(fields: list[Placed], ray: WorldRay) -> Path:
     import drjit as dr
 
     parts = [field.rays(ray) for field in fields]
+    # One field counts its own voxels: no other has to agree on the unit.
     if len(fields) == 1:
         rays, begin = parts[0]
         return Path((FieldPath(fields[0].data, rays),), rays.length, rays.world, begin)
@@ -146,6 +152,7 @@ def path_through(fields: list[Placed], ray: WorldRay) -> Path:
     for rays, begin in parts:
         first = smaller(dr.select(rays.length > 0, begin, NEVER), first)
         last = larger(dr.select(rays.length > 0, begin + rays.length * rays.world, -NEVER), last)
+    # A ray that meets no field has first = NEVER; it gets a path of length 0.
     met = last > first
     first = dr.select(met, first, 0.0)
     paths = tuple(

@@ -22,8 +22,10 @@ from spectral_core.volume.march.device_grid import BEYOND
 from spectral_core.volume.march.device_table import DeviceTable, Segment
 from spectral_core.volume.march.path import FieldPath
 
-_GROWTH = 1.3  # of the factor ``bold``, per step in which nothing was missed
-_UNLIKELY = 0.8  # of the bound on a brick's slope, which is loose; `volume-bold` prints the error that this causes
+_GROWTH = 1.3  # of the factor ``stretch``, per step in which nothing was missed
+_UNLIKELY = (
+    0.8  # of the bound on a brick's slope, which is loose; `volume-speculation` prints the error that this causes
+)
 # The difference of two running integrals has float32's rounding error, which is divided by the span of values between
 # them. Where the result is off by more than 1/4096 of the greatest height, the line through the middle is more exact.
 _ROUNDED = 2.0**-12
@@ -110,6 +112,7 @@ class Midpoint:
     def skip(self, ahead: Ahead, now: MidpointState) -> Any:
         import drjit as dr
 
+        # The clearance holds within its brick only, and the skip ends with it.
         clear = 0.0 if now.clear is None else smaller(now.clear, ahead.skip)
         return dr.select(ahead.steps, clear, ahead.skip)
 
@@ -151,7 +154,7 @@ class PreintegratedState:
     """Data value at the end of the last step.
 
     ``value`` is the stored value there, ``segment`` its segment's number and ``integrals`` the running integrals of
-    the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``bold`` the
+    the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``stretch`` the
     factor by which a step may exceed the certain distance; both None where the rule does not use them.
     """
 
@@ -159,7 +162,7 @@ class PreintegratedState:
     segment: Any
     integrals: list[Any]
     clear: Any
-    bold: Any
+    stretch: Any
 
 
 class Preintegrated:
@@ -169,8 +172,8 @@ class Preintegrated:
         table = field.data.table
         value = field.data.volume.value(field.rays.origin, field.rays.length > 0)
         segment = table.find(value, field.rays.length > 0)
-        clear, bold = (table.clearance(segment), value * 0.0 + 1.0) if field.data.adapts else (None, None)
-        return PreintegratedState(value, segment.index, table.running_integrals(segment), clear, bold)
+        clear, stretch = (table.clearance(segment), value * 0.0 + 1.0) if field.data.adapts else (None, None)
+        return PreintegratedState(value, segment.index, table.running_integrals(segment), clear, stretch)
 
     def skip(self, ahead: Ahead, now: PreintegratedState) -> Any:
         import drjit as dr
@@ -186,7 +189,7 @@ class Preintegrated:
     def _reach(self, ahead: Ahead, now: PreintegratedState) -> Any:
         if now.clear is None:
             return ahead.planned
-        return larger(ahead.planned, smaller(now.clear * now.bold * ahead.pace, ahead.skip))
+        return larger(ahead.planned, smaller(now.clear * now.stretch * ahead.pace, ahead.skip))
 
     def evaluate(self, field: FieldPath, ahead: Ahead, now: PreintegratedState, step: Step) -> StepOptics:
 
@@ -204,14 +207,15 @@ class Preintegrated:
         )
         if now.clear is None:
             return optics
-        after.clear, after.bold = table.clearance(segment), now.bold
+        after.clear, after.stretch = table.clearance(segment), now.stretch
+        # The check covers the whole way since the last known value, the skip included.
         way = local - field.local(step.before)
-        # A bold step is longer than planned and longer than is certain, so it must be checked for missed values.
-        bold = ahead.steps & (self._reach(ahead, now) > ahead.planned) & (now.bold > 1.0)
-        return StepOptics(optics.source, optics.extinction, after, bold & _missed(now, after, way, ahead.pace))
+        # A speculative step is longer than planned and longer than is certain, so it must be checked for missed values.
+        speculative = ahead.steps & (self._reach(ahead, now) > ahead.planned) & (now.stretch > 1.0)
+        return StepOptics(optics.source, optics.extinction, after, speculative & _missed(now, after, way, ahead.pace))
 
     def settled(self, now: PreintegratedState, optics: StepOptics, missed: Any) -> PreintegratedState:
-        """Where a step is rejected the state is kept, and the field that missed something resets ``bold`` to 1."""
+        """Where a step is rejected the state is kept, and the field that missed something resets ``stretch`` to 1."""
         import drjit as dr
 
         after: PreintegratedState = optics.after
@@ -221,24 +225,24 @@ class Preintegrated:
         def kept(old: Any, new: Any) -> Any:
             return dr.select(missed, old, new)
 
-        bold = now.bold
-        if bold is not None:
-            bold = dr.select(optics.missed, 1.0, smaller(bold * _GROWTH, self.boldest))
+        stretch = now.stretch
+        if stretch is not None:
+            stretch = dr.select(optics.missed, 1.0, smaller(stretch * _GROWTH, self.most_stretch))
         return PreintegratedState(
             kept(now.value, after.value),
             kept(now.segment, after.segment),
             [kept(old, new) for old, new in zip(now.integrals, after.integrals, strict=True)],
             None if now.clear is None else kept(now.clear, after.clear),
-            bold,
+            stretch,
         )
 
-    def __init__(self, boldest: Any) -> None:
-        self.boldest = boldest
+    def __init__(self, most_stretch: Any) -> None:
+        self.most_stretch = most_stretch
 
 
 def quadrature_of(field: FieldPath) -> FieldMarch:
     """The quadrature that a field asks for."""
-    return Midpoint() if field.data.quadrature == "midpoint" else Preintegrated(field.data.boldest)
+    return Midpoint() if field.data.quadrature == "midpoint" else Preintegrated(field.data.most_stretch)
 
 
 def _within(inside: Any, source: list[Any], extinction: Any) -> tuple[list[Any], Any]:
@@ -257,6 +261,7 @@ def _missed(now: PreintegratedState, after: PreintegratedState, way: Any, pace: 
     brick's bound on the slope allows; excursions that need more than ``_UNLIKELY`` of that bound are disregarded.
     """
     at_end = after.clear <= 0.0
+    # Down to something visible and back again needs at least this way, if the slope were at its bound all along.
     excursion = (now.clear + after.clear) * pace < _UNLIKELY * way
     missed = at_end | excursion
     for old, new in zip(now.integrals, after.integrals, strict=True):
@@ -274,11 +279,13 @@ def _means(table: DeviceTable, now: PreintegratedState, after: PreintegratedStat
 
     run = after.value - now.value
     crosses = now.segment != segment.index
+    # Within one segment the difference is not read, so its division must only be harmless.
     inverse = dr.rcp(dr.select(crosses & (run != 0.0), run, 1.0))
     lines = table.column_values(segment, segment.part - 0.5 * run)
     length = dr.abs(run)
     means = []
     for line, old, new, height in zip(lines, now.integrals, after.integrals, table.heights, strict=True):
         by_difference = crosses & (length * height > _ROUNDED * dr.abs(new))
+        # Rounding may leave a mean of tiny height just below 0, and light is never negative.
         means.append(larger(dr.select(by_difference, (new - old) * inverse, line), 0.0))
     return means

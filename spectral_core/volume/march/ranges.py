@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class RangeTables:
-    """What a transfer function does between two data values: arrays (bins, bins) read at [lowest, highest].
+    """Bounds of a transfer function between two data values: arrays (bins, bins) read at [lowest, highest].
 
     ``slope`` is the steepest rise of opacity-saturated source per data unit,
     ``kink`` the greatest change of that rise. Saturated (1 - exp(-σ·voxel)): more extinction than fills a voxel
@@ -34,6 +34,7 @@ class RangeTables:
         shown = np.zeros(low.shape, bool)
         for start, end, at_start, at_end in self.table.support:
             above = (high >= start) if at_start else (high > start)
+            # Half-open where the height is 0 at the end: a value exactly there shows nothing.
             shown |= above & ((low <= end) if at_end else (low < end))
         return shown
 
@@ -63,6 +64,7 @@ class RangeTables:
         """
         knots = self.table.knots
         if len(knots) < 2:
+            # A field of one value has a table of one knot; the bins still need a width.
             knots = knots[0] + max(abs(float(knots[0])), 1e-30) * np.array([-1e-3, 1e-3])
         if self.is_even:
             inner = np.linspace(knots[0], knots[-1], BINS - 1)
@@ -79,6 +81,7 @@ class RangeTables:
         extinction = columns.sum(-1) if columns.shape[1] == k else columns[:, k:].sum(-1)
         if self.table.weights is not None:
             extinction, columns = columns[:, :k].sum(-1), columns[:, :k] + columns[:, k:]
+        # Where the depth is tiny the quotient is 0/0; its limit is 1.
         depth = extinction * self.voxel
         mean = np.where(depth > 1e-6, -np.expm1(-depth) / np.where(depth > 0, depth, 1.0), 1.0)
         saturated = columns[:, :k] * (mean * self.voxel)[:, None]
@@ -92,6 +95,7 @@ class RangeTables:
     @cached_property
     def kink(self) -> Floats:
         """Sum over materials of (greatest - least rise); the range's neighbors count, for a kink on a bin's edge."""
+        # Bins do not fall on knots: a kink may lie on the border between two of them.
         wider = np.pad(self._rises, ((1, 1), (0, 0)), mode="edge")
         most = np.maximum(np.maximum(wider[:-2], wider[1:-1]), wider[2:])
         least = np.minimum(np.minimum(wider[:-2], wider[1:-1]), wider[2:])
@@ -103,6 +107,7 @@ class RangeTables:
     def bins(self, values: NDArray[np.float32]) -> NDArray[np.intp]:
         """Bin of each data value; values beyond the edges count as in the first or last bin."""
         if self.is_even:
+            # Equal bins need no search: this runs over every brick of the field, millions of them.
             scale = BINS / (self.edges[-1] - self.edges[0])
             return np.clip((values - np.float64(self.edges[0])) * scale, 0, BINS - 1).astype(np.intp)
         return np.clip(np.searchsorted(self.edges, values, side="right") - 1, 0, BINS - 1)
@@ -110,5 +115,6 @@ class RangeTables:
 
 def _over_ranges(per_bin: Floats, pick: np.ufunc) -> Floats:
     """[a, b] -> pick over the bins a to b; the lower triangle is the upper one's mirror and never read."""
+    # Running maxima from the diagonal to the right: entry [a, b] covers bins a to b. One pass gives all pairs.
     spread = np.where(np.tri(BINS, k=-1, dtype=bool), per_bin[:, None], per_bin[None, :])
     return pick.accumulate(spread, axis=1) if pick is np.maximum else -np.maximum.accumulate(-spread, axis=1)

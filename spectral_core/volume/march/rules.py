@@ -53,11 +53,13 @@ class StepGrid:
         filled = BrickWord.shown(self.words)
         low, high = [], []
         for axis, voxels in enumerate(shape):
+            # Words are stored (z, y, x), boxes are stated x first.
             others = tuple(a for a in range(3) if a != 2 - axis)
             at = np.flatnonzero(filled.any(axis=others))
             if not len(at):
                 return [1.0] * 3, [0.0] * 3
             shift = 0.5 if self.centered else 0.0
+            # The outermost bricks also own the half voxel between the last center and the face.
             low.append(-0.5 if at[0] == 0 else at[0] * self.edge - shift)
             high.append(voxels - 0.5 if at[-1] == filled.shape[2 - axis] - 1 else (at[-1] + 1) * self.edge - shift)
         return low, high
@@ -77,6 +79,7 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
     unit : float
         Data units in one stored unit of the field, for the paces.
     """
+    # One index into the flattened (lowest, highest) tables.
     pair = ranges.bins(statistics.low) * BINS + ranges.bins(statistics.high)
     shows, empty = ranges.empties(statistics)
     edge, longest, paces = statistics.edge, np.inf, None
@@ -87,11 +90,16 @@ def step_grid(rule: Rule, statistics: BrickStatistics, ranges: RangeTables, unit
         # A step in the middle of a window of two voxels either way, as long as the window.
         relative, longest = _inverse(2.0 * frequency * statistics.slope), 4.0
     else:
+        # Second derivative of g(f(x)) by the chain rule: g'' f'² + g' f''. g is piecewise linear: its kink, met within
+        # one voxel, stands for g'' f'.
         rough = ranges.kink.ravel()[pair] * statistics.slope + ranges.slope.ravel()[pair] * statistics.second_difference
         rough = _with_neighbors(np.where(shows, rough, 0.0), 0.5 if edge < 4 else 0.75)
+        # Steps are relative to that of the median brick; the quality then scales all of them alike.
         typical = float(np.median(rough[shows])) if shows.any() else 0.0
         longest = 3.0
         if typical > 0:
+            # Midpoint error per unit length grows as h²·rough; spread evenly over samples of density 1/h, the optimum
+            # is h ~ rough^(-1/3).
             relative = np.cbrt(typical / np.maximum(rough, 1e-3 * typical))
         else:  # most bricks are level
             relative = np.where(rough > 0, 1.0, longest)
@@ -123,7 +131,9 @@ def essential_frequency(table: TransferTable, energy: float = 0.99) -> float:
     if high <= low:
         return 0.0
     curve = table.columns_at(np.linspace(low, high, 4097))
+    # A constant needs no samples, so its power must not count.
     curve = curve - curve.mean(axis=0)
+    # Padding by zeros to four times the length resolves frequencies below one period of the range.
     power = (np.abs(np.fft.rfft(curve, n=4 * len(curve), axis=0)) ** 2).sum(-1)
     if power.sum() == 0:
         return 0.0

@@ -74,6 +74,7 @@ def tabulate(transfer: TransferFunction, volume: ScalarVolume, gradient_high: fl
     """
     flat = replace(
         transfer,
+        # The gradient's weights are a table of their own, so this one depends on the data value alone.
         materials=tuple(replace(m, gradient_values=None, gradient_weights=None) for m in transfer.materials),
     )
     low, high = volume.value_range
@@ -96,6 +97,7 @@ def support(transfer: TransferFunction) -> tuple[tuple[float, float, bool, bool]
     for m in transfer.materials:
         height = m.extinction + (0.0 if m.emission is None else m.emission)
         knots, heights = m.values.tolist(), height.tolist()
+        # Beyond its knots a function keeps its end heights, without end.
         ends = [(-np.inf, knots[0], heights[0], heights[0]), (knots[-1], np.inf, heights[-1], heights[-1])]
         inner = zip(knots, knots[1:], heights, heights[1:], strict=False)
         pieces += [(a, b, left > 0, right > 0) for a, b, left, right in [*ends, *inner] if max(left, right) > 0]
@@ -143,7 +145,9 @@ def _segments(knots: Array, after: Curves, before: Curves, materials: int) -> Tr
     """Table over ``knots``; ``after`` and ``before`` are the columns' limits from the right and from the left."""
     right, left = after(knots), before(knots)
     width = np.diff(knots)[:, None]
+    # The columns are linear between knots, so the trapezoid rule is exact.
     cumulative = np.vstack([np.zeros(right.shape[1]), np.cumsum(0.5 * (right[:-1] + left[1:]) * width, axis=0)])
+    # Outside the knots the columns are level: no rise.
     level = np.zeros((1, right.shape[1]))
     table = TransferTable(
         knots,
@@ -172,19 +176,22 @@ def _with_merged_empties(table: TransferTable) -> TransferTable:
             i += 1
             continue
         end = i
+        # A run of empty segments is one gap; only its two ends matter to the distance.
         while end < table.segments and table.is_empty[end]:
             end += 1
         low, high = float(bounds[i]), float(bounds[end])
         near, far = np.isfinite(low), np.isfinite(high)
-        if near or not far:  # what shows is below, or nowhere at all: then the distance to it is without end
+        if near or not far:  # visible values are below, or there are none: then the distance to them is infinite
             rows, anchors, starts = [*rows, i], [*anchors, low], [*starts, low]
         if far:
+            # Halves are added, not the sum halved, which might overflow. Below the middle the lower end is the nearer
+            # one.
             middle = 0.5 * low + 0.5 * high if near else low
             rows, anchors, starts = [*rows, i], [*anchors, high], [*starts, middle]
         i = end
     kept = np.array(rows)
     knots = np.array(starts[1:])
-    # One knot at least, for the guide; where it stands in a table of one segment is without effect.
+    # The guide needs at least one knot; in a table of one segment its position has no effect.
     if not len(knots):
         kept, anchors, knots = np.repeat(kept, 2), anchors * 2, table.knots[:1]
     return replace(

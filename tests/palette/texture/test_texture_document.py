@@ -12,7 +12,6 @@ pytest.importorskip("mitsuba")
 pytest.importorskip("OpenEXR")
 
 from spectral_core import cli
-from spectral_core.cli._pictures import png_bytes, write_png_rows
 from spectral_core.documents import write_document
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.palette.texture.file import read_texture
@@ -22,6 +21,7 @@ from spectral_core.palette.texture.uplift import Pin
 from spectral_core.render.pictures import read_picture
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
+from spectral_core.spectra.pictures import png_bytes, write_png_rows
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def test_odd_projects_are_refused(tmp_path, pictures) -> None:
 
 
 def test_a_picture_written_in_bands_is_the_picture_written_at_once(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr("spectral_core.cli._pictures.BAND_PIXELS", 40)
+    monkeypatch.setattr("spectral_core.spectra.pictures.BAND_PIXELS", 40)
     linear = np.random.default_rng(0).random((23, 17, 3))
     write_png_rows(tmp_path / "p.png", (23, 17), lambda first, last: linear[first:last])
     found = linear_from_display_rgb(read_picture(tmp_path / "p.png") / 255)
@@ -100,6 +100,8 @@ def test_a_picture_written_in_bands_is_the_picture_written_at_once(tmp_path, mon
 
 def test_costs_of_realism_and_whites_of_other_observers() -> None:
     assert realism_cost(0, 20).contrast > realism_cost(0.15, 20).contrast > realism_cost(0.4, 20).contrast > 1
+    # At an entry of the table the slider says what was measured there, in the same unit.
+    assert realism_cost(0, 20).contrast == pytest.approx(19.89)
     assert realism_cost(0, 10).contrast > realism_cost(0, 45).contrast
     plain = white_differences([illuminant("D65")])
     assert max(each.to_daylight for each in plain) < 1e-6

@@ -5,26 +5,26 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.closures.upright import toward_viewer
 
 
 def register(mi: Any, dr: Any) -> None:
-    """Define and register the BSDFs for the active variant."""
+    """Define and register the closures for the active variant."""
 
-    class Bent(mi.BSDF):
-        """``bsdf`` about ``normal``, a texture of world directions that face the viewer.
+    class Bent(Closure):
+        """``closure`` about ``normal``, world directions that face the viewer.
 
         ``softens``: whether light fades out toward the smooth surface's horizon, as Cycles does for what scatters
         diffusely (Estevez, Lecocq and Stein 2019, "A microfacet-based shadowing function to solve the bump terminator
         problem").
         """
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            self.child, self.normal = properties["bsdf"], properties["normal"]
-            self.softens = bool(properties["softens"])
-            self.m_components = [self.child.flags(k) for k in range(self.child.component_count())]
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.child, self.normal = inputs["closure"], inputs["normal"]
+            self.softens = bool(inputs["softens"])
             self.m_flags = self.child.flags()
 
         def about(self, si: Any, active: Any) -> Any:
@@ -75,28 +75,21 @@ def register(mi: Any, dr: Any) -> None:
             value *= self.softened(si, bent, inner, wo)
             return dr.select(valid, value, 0.0), dr.select(valid, density, 0.0)
 
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[1]
-
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
             return self.child.eval_null_transmission(si, active)
 
-        def to_string(self) -> str:
-            return f"Bent[{self.child}]"
-
-    class Simple(mi.BSDF):
+    class Simple(Closure):
         """One lobe of light per direction, ``color`` times something; knows how to ``draw`` and to ``measure``."""
 
         kind = mi.BSDFFlags.DiffuseReflection
+        draw: Any
+        measure: Any
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
             flags = int(self.kind | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
-            self.m_components, self.m_flags = [flags], flags
-            self.color = properties["color"]
+            self.m_flags = flags
+            self.color = inputs["color"]
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             bs = dr.zeros(mi.BSDFSample3f)
@@ -110,18 +103,6 @@ def register(mi: Any, dr: Any) -> None:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             value, density = self.measure(si, wo, active)
             return dr.select(active, self.color.eval(si, active) * value, 0.0), dr.select(active, density, 0.0)
-
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[1]
-
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Spectrum(0.0)
-
-        def to_string(self) -> str:
-            return type(self).__name__
 
     class Translucent(Simple):
         """Lambertian transmission."""
@@ -139,10 +120,10 @@ def register(mi: Any, dr: Any) -> None:
     class Toon(Simple):
         """Cycles' toon lobes: of even brightness within ``size`` · 90°, fading over ``smooth`` · 90°."""
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            self.size, self.smooth = properties["size"], properties["smooth"]
-            self.glossy = bool(properties["glossy"])
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.size, self.smooth = inputs["size"], inputs["smooth"]
+            self.glossy = bool(inputs["glossy"])
 
         def middle(self, si: Any) -> Any:
             up = mi.Vector3f(0.0, 0.0, dr.mulsign(mi.Float(1.0), si.wi.z))
@@ -167,6 +148,6 @@ def register(mi: Any, dr: Any) -> None:
             density = dr.select(inside, 0.5 / (dr.pi * (1.0 - dr.cos(reach))), 0.0)
             return density * intensity, density
 
-    mi.register_bsdf("bent", lambda properties: Bent(properties))
-    mi.register_bsdf("blender_translucent", lambda properties: Translucent(properties))
-    mi.register_bsdf("blender_toon", lambda properties: Toon(properties))
+    register_closure(mi, "bent", Bent)
+    register_closure(mi, "blender_translucent", Translucent)
+    register_closure(mi, "blender_toon", Toon)

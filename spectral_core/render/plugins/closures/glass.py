@@ -5,29 +5,30 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.plugins.closures import albedo
-from spectral_core.render.plugins.closures.microfacet import KeptEnergy, Microfacets
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
 from spectral_core.render.plugins.closures.upright import keeps_side
 
 
 def register(mi: Any, dr: Any) -> None:
-    """Define and register the BSDF for the active variant."""
+    """Define and register the closure for the active variant."""
 
-    class BlenderGlass(mi.BSDF):
+    class BlenderGlass(Closure):
         """Fresnel reflection times ``reflection_color`` and refraction times ``transmission_color``.
 
-        ``ior``: texture, read at the first wavelength (under dispersion all wavelengths of a path are equal).
-        ``smooth``: a sharp interface; else ``roughness`` (texture) with GGX facets and energy kept for
-        ``nominal_ior``; what is transmitted after bouncing between facets is tinted by ``facet_color``. Radiance is
+        ``ior``: a number or, with ``disperses``, a spectrum that is read at the first wavelength (all wavelengths of
+        such a path are equal). ``smooth``: a sharp interface; else ``roughness`` with GGX facets, whose energy is kept
+        by ``outside`` and ``inside`` (tables) and their means; what is transmitted after bouncing between facets is
+        tinted by ``facet_color``. ``halves``: each of two surfaces takes half of the transmission's color. Radiance is
         not scaled by the squared index, as in Cycles: what enters also leaves.
         """
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            self.reflection_color = properties["reflection_color"]
-            self.transmission_color = properties["transmission_color"]
-            self.ior, self.smooth = properties["ior"], properties["smooth"]
-            self.reflects = bool(properties.get("reflects", True))
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.reflection_color, self.transmission = inputs["reflection_color"], inputs["transmission_color"]
+            self.ior, self.smooth = inputs["ior"], inputs["smooth"]
+            self.disperses, self.halves = inputs["disperses"], inputs["halves"]
+            self.reflects, self.keeps_energy = inputs["reflects"], inputs["keeps_energy"]
             kinds = (
                 (mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
                 if self.smooth
@@ -35,19 +36,21 @@ def register(mi: Any, dr: Any) -> None:
             )
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
             self.kinds = [int(kind) for kind in kinds]
-            self.m_components = [int(kind | sides) for kind in kinds]
-            self.m_flags = self.m_components[0] | self.m_components[1]
-            nominal = round(float(properties["nominal_ior"]), 6)
+            self.m_flags = int(kinds[0] | kinds[1] | sides)
             if not self.smooth:
-                self.roughness, self.facet_color = properties["roughness"], properties["facet_color"]
-                self.kept_outside = KeptEnergy(mi, albedo.dielectric(nominal)[1])
-                self.kept_inside = KeptEnergy(mi, albedo.dielectric(1 / nominal)[1])
+                self.roughness, self.facet_color = inputs["roughness"], inputs["facet_color"]
+                self.kept_outside = inputs["outside"], inputs["outside_mean"]
+                self.kept_inside = inputs["inside"], inputs["inside_mean"]
 
         def relative_ior(self, si: Any, active: Any) -> Any:
             """Index of the far side over that of the near side."""
-            value = self.ior.eval(si, active)[0] if mi.is_spectral else self.ior.eval_1(si, active)
+            value = self.ior.eval(si, active)[0] if self.disperses else self.ior.eval_1(si, active)
             value = dr.maximum(value, 1e-3)
             return dr.select(si.wi.z > 0.0, value, dr.rcp(value))
+
+        def transmission_color(self, si: Any, active: Any) -> Any:
+            color = self.transmission.eval(si, active)
+            return dr.safe_sqrt(color) if self.halves else color
 
         def reflectance(self, facing: Any, eta: Any) -> tuple[Any, Any, Any]:
             """Share that is reflected, share that passes, and the cosine inside; Refraction alone reflects nothing."""
@@ -74,9 +77,7 @@ def register(mi: Any, dr: Any) -> None:
             bs.sampled_type = dr.select(reflects, mi.UInt32(self.kinds[0]), mi.UInt32(self.kinds[1]))
             if self.smooth:
                 bs.pdf = dr.select(reflects, reflected, passes)
-                color = dr.select(
-                    reflects, self.reflection_color.eval(si, active), self.transmission_color.eval(si, active)
-                )
+                color = dr.select(reflects, self.reflection_color.eval(si, active), self.transmission_color(si, active))
                 return bs, dr.select(active & (bs.pdf > 0.0), color, 0.0)
             value, density = self.eval_pdf(ctx, si, bs.wo, active)
             sane = active & (density > 0.0) & (reflects == (wo.z > 0.0)) & (facing > 0.0)
@@ -105,26 +106,17 @@ def register(mi: Any, dr: Any) -> None:
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))
 
             def kept(color: Any) -> Any:
-                outside, inside = (keep(roughness, wi.z, color) for keep in (self.kept_outside, self.kept_inside))
+                if not self.keeps_energy:
+                    return mi.Float(1.0)
+                both = (self.kept_outside, self.kept_inside)
+                outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
                 return dr.select(si.wi.z > 0.0, outside, inside)
 
             mirror_color = self.reflection_color.eval(si, active)
             value = mirror_color * kept(mirror_color) * (reflected * mirror)
-            tint = self.transmission_color.eval(si, active)
+            tint = self.transmission_color(si, active)
             value += tint * kept(self.facet_color.eval(si, active)) * (passed * through * masked)
             density = reflected * mirror_density + passed * through
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[1]
-
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Spectrum(0.0)
-
-        def to_string(self) -> str:
-            return "BlenderGlass"
-
-    mi.register_bsdf("blender_glass", lambda properties: BlenderGlass(properties))
+    register_closure(mi, "blender_glass", BlenderGlass)

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``rough_diffuse``: Blender's Diffuse BSDF with roughness."""
+"""``diffuse``, and ``rough_diffuse``: Blender's Diffuse BSDF with roughness."""
 
 from __future__ import annotations
 
 from typing import Any
+
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
 
 def oren_nayar(mi: Any, dr: Any, color: Any, roughness: Any, wi: Any, wo: Any) -> Any:
@@ -37,22 +39,15 @@ def _albedo_shape(dr: Any, cosine: Any) -> Any:
 
 
 def register(mi: Any, dr: Any) -> None:
-    """Define and register the BSDF for the active variant."""
+    """Define and register the closures for the active variant."""
 
-    class RoughDiffuse(mi.BSDF):
-        """Energy-preserving Oren-Nayar, both sides alike; ``roughness`` in [0, 1] is a texture."""
+    class Lambert(Closure):
+        """Reflects ``color`` evenly, both sides alike."""
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            flags = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
-            self.m_components = [int(flags)]
-            self.m_flags = int(flags)
-            self.color, self.roughness = properties["color"], properties["roughness"]
-
-        def reflect(self, si: Any, wo: Any, active: Any) -> Any:
-            color, roughness = self.color.eval(si, active), dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
-            reflects = active & (si.wi.z * wo.z > 0.0)
-            return dr.select(reflects, oren_nayar(mi, dr, color, roughness, si.wi, wo), 0.0)
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.m_flags = int(mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
+            self.color = inputs["color"]
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             wo = mi.warp.square_to_cosine_hemisphere(sample2)
@@ -61,21 +56,32 @@ def register(mi: Any, dr: Any) -> None:
             bs.pdf, bs.eta = mi.warp.square_to_cosine_hemisphere_pdf(wo), mi.Float(1.0)
             bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.DiffuseReflection))
             usable = active & (bs.pdf > 0.0) & (si.wi.z != 0.0)
-            return bs, dr.select(usable, self.reflect(si, bs.wo, usable) / dr.maximum(bs.pdf, 1e-20), 0.0)
+            return bs, dr.select(usable, self.weight(si, bs, usable), 0.0)
 
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.reflect(si, wo, active)
+        def weight(self, si: Any, bs: Any, active: Any) -> Any:
+            return self.color.eval(si, active)
 
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return dr.select(active & (si.wi.z * wo.z > 0.0), dr.abs(wo.z) / dr.pi, 0.0)
+        def value(self, si: Any, wo: Any, active: Any) -> Any:
+            return self.color.eval(si, active) * (dr.abs(wo.z) / dr.pi)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+            reflects = active & (si.wi.z * wo.z > 0.0)
+            density = dr.abs(wo.z) / dr.pi
+            return dr.select(reflects, self.value(si, wo, active), 0.0), dr.select(reflects, density, 0.0)
 
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Spectrum(0.0)
+    class RoughDiffuse(Lambert):
+        """Energy-preserving Oren-Nayar; ``roughness`` in [0, 1]."""
 
-        def to_string(self) -> str:
-            return "RoughDiffuse"
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.roughness = inputs["roughness"]
 
-    mi.register_bsdf("rough_diffuse", lambda properties: RoughDiffuse(properties))
+        def weight(self, si: Any, bs: Any, active: Any) -> Any:
+            return self.value(si, bs.wo, active) / dr.maximum(bs.pdf, 1e-20)
+
+        def value(self, si: Any, wo: Any, active: Any) -> Any:
+            roughness = dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
+            return oren_nayar(mi, dr, self.color.eval(si, active), roughness, si.wi, wo)
+
+    register_closure(mi, "diffuse", Lambert)
+    register_closure(mi, "rough_diffuse", RoughDiffuse)

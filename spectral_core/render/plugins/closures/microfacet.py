@@ -6,10 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from spectral_core.render.plugins.closures import albedo
-
 SMALLEST_ALPHA = 1e-3
 """Below this a rough surface is drawn as this rough: narrower lobes exceed single precision."""
 
@@ -66,47 +62,16 @@ class Microfacets:
         return density * self.masking(wi, wo), density, facing
 
 
-class AlbedoTable:
-    """A table of ``albedo`` on the device, read by roughness and cosine."""
-
-    def __init__(self, mi: Any, table: Any) -> None:
-        import drjit
-
-        self._mi, self._dr, self._table = mi, drjit, np.ascontiguousarray(table[..., None], dtype=np.float32)
-        self._texture = mi.Texture2f(mi.TensorXf(self._table))
-
-    def can_take(self, other: AlbedoTable) -> bool:
-        """Whether another table can be put in place of this one."""
-        return self._table.shape == other._table.shape
-
-    def take(self, other: AlbedoTable) -> None:
-        """Read another table from now on."""
-        if not np.array_equal(self._table, other._table):
-            self._table = other._table
-            self._texture.set_tensor(self._mi.TensorXf(self._table))
-
-    def __call__(self, roughness: Any, cosine: Any) -> Any:
-        last = albedo.SIZE - 1  # entries stand at texel centers
-        root = self._dr.safe_sqrt(cosine)
-        place = self._mi.Point2f(root * last + 0.5, roughness * last + 0.5) / float(albedo.SIZE)
-        return self._texture.eval(place)[0]
-
-
-class KeptEnergy:
+def kept_energy(single_table: Any, mean_table: Any, roughness: Any, cosine: Any, average_fresnel: Any) -> Any:
     """Cycles' multiple-scattering GGX: the single bounce is scaled so that a white surface loses nothing.
 
     ``factor = 1 + Fms (1 - E) / E`` with ``Fms = Fss Eavg / (1 - Fss (1 - Eavg))`` (Turquin 2019, "Practical multiple
-    scattering compensation for microfacet models"; Kulla and Conty 2017 for Fms).
+    scattering compensation for microfacet models"; Kulla and Conty 2017 for Fms). The tables: E, and its mean over the
+    hemisphere at every cosine.
     """
-
-    def __init__(self, mi: Any, table: Any) -> None:
-        self.single = AlbedoTable(mi, table)
-        self.mean = AlbedoTable(mi, np.repeat(albedo.average(table)[:, None], albedo.SIZE, axis=1))
-
-    def __call__(self, roughness: Any, cosine: Any, average_fresnel: Any) -> Any:
-        single, mean = self.single(roughness, cosine), self.mean(roughness, 0.5 + 0.0 * cosine)
-        many = average_fresnel * mean / (1.0 - average_fresnel * (1.0 - mean))
-        return 1.0 + many * (1.0 - single) / single
+    single, mean = single_table(roughness, cosine), mean_table(roughness, 0.5 + 0.0 * cosine)
+    many = average_fresnel * mean / (1.0 - average_fresnel * (1.0 - mean))
+    return 1.0 + many * (1.0 - single) / single
 
 
 def f82(dr: Any, color: Any, edge_tint: Any, facing: Any) -> tuple[Any, Any]:

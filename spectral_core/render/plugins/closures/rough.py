@@ -3,37 +3,44 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
-from spectral_core.render.plugins.closures import albedo
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.matt import oren_nayar
-from spectral_core.render.plugins.closures.microfacet import AlbedoTable, KeptEnergy, Microfacets, f82
+from spectral_core.render.plugins.closures.microfacet import Microfacets, f82, kept_energy
 from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
-from spectral_core.render.plugins.numbers import opaque_number
+from spectral_core.render.plugins.numbers import channel_mean
 
 
 def register(mi: Any, dr: Any) -> None:
-    """Define and register the BSDFs for the active variant."""
-    number = partial(opaque_number, mi, dr)
+    """Define and register the closures for the active variant."""
 
-    class BothSides(mi.BSDF):
-        """A reflecting BSDF that only knows its upper side: everything is turned there first.
+    class BothSides(Closure):
+        """A reflecting closure that only knows its upper side: everything is turned there first.
 
-        ``anisotropy``, ``rotation`` (textures) and ``tangent`` (a texture of world directions): all three, or none.
+        ``anisotropy``, ``rotation`` and ``tangent`` (world directions): all three, or none. ``single``, ``mean``:
+        tables of the energy that facets keep.
         """
 
-        def __init__(self, properties: Any, *kinds: Any) -> None:
-            super().__init__(properties)
+        diffuse_alone = False
+        """Whether only what is diffuse is asked for."""
+
+        draw: Any
+        reflect: Any
+
+        def __init__(self, inputs: Any, *kinds: Any) -> None:
+            super().__init__(inputs)
             flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
             for kind in kinds:
                 flags = flags | kind
-            self.m_components = [int(flags)]
             self.m_flags = int(flags)
-            self.kept_energy = KeptEnergy(mi, albedo.conductor())
-            self.anisotropy = properties.get("anisotropy", None)
-            self.rotation, self.tangent = properties.get("rotation", None), properties.get("tangent", None)
-            self.keeps_energy = bool(properties.get("keeps_energy", True))
+            self.single, self.mean = inputs["single"], inputs["mean"]
+            self.anisotropy = inputs.get("anisotropy", None)
+            self.rotation, self.tangent = inputs.get("rotation", None), inputs.get("tangent", None)
+            self.keeps_energy = bool(inputs.get("keeps_energy", True))
+
+        def kept(self, roughness: Any, cosine: Any, average_fresnel: Any) -> Any:
+            return kept_energy(self.single, self.mean, roughness, cosine, average_fresnel)
 
         def turned(self, si: Any, direction: Any) -> Any:
             return mi.Vector3f(direction.x, direction.y, dr.mulsign(direction.z, si.wi.z))
@@ -85,29 +92,19 @@ def register(mi: Any, dr: Any) -> None:
             active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
             wi, wo = (self.aligned(axes, self.turned(si, direction)) for direction in (si.wi, wo))
+            self.diffuse_alone = ctx.type_mask == int(mi.BSDFFlags.Diffuse)
             value, density = self.reflect(si, wi, wo, active)
+            self.diffuse_alone = False
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
-
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.eval_pdf(ctx, si, wo, active)[1]
-
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Spectrum(0.0)
-
-        def to_string(self) -> str:
-            return type(self).__name__
 
     class BlenderGlossy(BothSides):
         """``color`` times a rough mirror of ``roughness`` (textures); toward grazing ``edge_tint`` makes it a metal."""
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties)
-            self.color, self.roughness = properties["color"], properties["roughness"]
-            self.edge_tint = properties.get("edge_tint", None)
-            self.kind = str(properties.get("distribution", "ggx"))
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.color, self.roughness = inputs["color"], inputs["roughness"]
+            self.edge_tint = inputs.get("edge_tint", None)
+            self.kind = str(inputs.get("distribution", "ggx"))
             self.keeps_energy &= self.kind == "ggx"  # the table of what is lost between facets is GGX's
 
         def stretch(self, si: Any, active: Any) -> Any:
@@ -132,60 +129,39 @@ def register(mi: Any, dr: Any) -> None:
             if self.edge_tint is not None:
                 color, average = f82(dr, color, self.edge_tint.eval(si, active), facing)
             if self.keeps_energy:
-                color = color * self.kept_energy(facets.roughness, wi.z, average)
+                color = color * self.kept(facets.roughness, wi.z, average)
             return color * value, density
 
     class BlenderPrincipled(BothSides):
         """The opaque part of Blender's Principled BSDF: coat over (metal mixed with specular over diffuse).
 
-        ``base_color``, ``metallic``, ``roughness``, ``coat_weight``, ``coat_roughness``: textures; ``specular_tint``,
-        ``coat_tint``, ``diffuse_roughness``: textures or absent; ``ior``, ``coat_ior``: numbers. As in Cycles a layer
-        takes its directional albedo at the view direction away from what lies below.
+        ``specular_tint``, ``diffuse_roughness``, what begins with ``coat`` and ``subsurface`` may be absent. ``ior``
+        and ``coat_ior`` come with the reflectance seen straight on, its hemispherical mean and the table of the
+        directional albedo. As in Cycles a layer takes that albedo at the view direction away from what lies below.
         """
 
-        def __init__(self, properties: Any) -> None:
-            super().__init__(properties, mi.BSDFFlags.DiffuseReflection)
-            self.base_color, self.metallic = properties["base_color"], properties["metallic"]
-            self.roughness, ior = properties["roughness"], float(properties["ior"])
-            self.ior, self.ior_fresnel = number(ior), number(self.average_fresnel(ior))
-            self.facing_reflectance = number(((ior - 1.0) / (ior + 1.0)) ** 2)
-            self.has_specular = abs(ior - 1.0) > 1e-4
-            self.coat_weight, self.coat_roughness = properties.get("coat_weight", None), properties["coat_roughness"]
-            coat_ior = float(properties["coat_ior"])
-            self.coat_ior, self.coat_fresnel = number(coat_ior), number(self.average_fresnel(coat_ior))
-            self.coat_tint = properties.get("coat_tint", None)
-            self.specular_tint = properties.get("specular_tint", None)
-            self.edge_tint = properties.get("edge_tint", None)
-            self.diffuse_roughness = properties.get("diffuse_roughness", None)
-            self.below = properties.get("subsurface", None)
-            self.below_weight = properties.get("subsurface_weight", None)
-            self.specular_albedo = self.layer_albedo(ior, self.keeps_energy)
-            self.coat_albedo = self.layer_albedo(coat_ior, True)
-
-        def layer_albedo(self, ior: float, keeps_energy: bool) -> Any:
-            """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""
-            reflected, _ = albedo.dielectric(round(ior, 6))
-            single = albedo.conductor()
-            if not keeps_energy:
-                # Cycles layers by the facets' mean Fresnel factor, as if none of the light were lost between them
-                return AlbedoTable(mi, reflected / single)
-            mean, average_fresnel = albedo.average(single)[:, None], self.average_fresnel(ior)
-            many = average_fresnel * mean / (1 - average_fresnel * (1 - mean))
-            return AlbedoTable(mi, reflected * (1 + many * (1 - single) / single))
-
-        @staticmethod
-        def average_fresnel(ior: float) -> float:
-            """2 ∫ F(μ) μ dμ of a dielectric."""
-            import numpy as np
-
-            cosine = (np.arange(256) + 0.5) / 256
-            return float((albedo.fresnel_dielectric(cosine, ior) * cosine).mean() * 2)
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs, mi.BSDFFlags.DiffuseReflection)
+            self.base_color, self.metallic = inputs["base_color"], inputs["metallic"]
+            self.roughness, self.ior = inputs["roughness"], inputs["ior"]
+            self.ior_fresnel, self.facing_reflectance = inputs["ior_fresnel"], inputs["facing_reflectance"]
+            self.specular_albedo = inputs["specular_albedo"]
+            self.coat_weight, self.coat_roughness = inputs.get("coat_weight", None), inputs.get("coat_roughness", None)
+            if self.coat_weight is not None:
+                self.coat_ior, self.coat_fresnel = inputs["coat_ior"], inputs["coat_fresnel"]
+                self.coat_albedo = inputs["coat_albedo"]
+            self.coat_tint = inputs.get("coat_tint", None)
+            self.specular_tint = inputs.get("specular_tint", None)
+            self.edge_tint = inputs.get("edge_tint", None)
+            self.diffuse_roughness = inputs.get("diffuse_roughness", None)
+            self.below = inputs.get("subsurface", None)
+            self.below_weight = inputs.get("subsurface_weight", None)
 
         def tinted(self, si: Any, reflectance: Any, active: Any) -> Any:
             """A dielectric's reflectance with the specular tint on what it reflects when seen straight on."""
             if self.specular_tint is None:
                 return reflectance
-            facing = self.facing_reflectance
+            facing = self.facing_reflectance.eval_1(si, active)
             grazing = dr.clip((reflectance - facing) / (1.0 - facing), 0.0, 1.0)
             return dr.lerp(self.specular_tint.eval(si, active) * facing, mi.Spectrum(1.0), grazing)
 
@@ -203,18 +179,16 @@ def register(mi: Any, dr: Any) -> None:
                 below_coat = mi.Spectrum(1.0 - coat)
             if self.coat_weight is not None and self.coat_tint is not None:
                 # absorption on the refracted way through the coat (Cycles: tint to the power of 1 / cosine inside)
-                inner = dr.safe_sqrt(1.0 - (1.0 - wi.z * wi.z) / (self.coat_ior * self.coat_ior))
+                inner = dr.safe_sqrt(1.0 - (1.0 - wi.z * wi.z) / dr.square(self.coat_ior.eval_1(si, active)))
                 tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
                 below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
-            specular = mi.Spectrum(0.0)
-            if self.has_specular:
-                specular = mi.Spectrum(self.tinted(si, self.specular_albedo(roughness, wi.z), active))
-            brightness, passes = dr.maximum(dr.mean(color), 0.02), dr.mean(below_coat)
+            specular = mi.Spectrum(self.tinted(si, self.specular_albedo(roughness, wi.z), active))
+            brightness, passes = dr.maximum(channel_mean(dr, color), 0.02), channel_mean(dr, below_coat)
             chances = [
                 coat,
                 passes * metallic * brightness,
-                passes * (1.0 - metallic) * dr.mean(specular),
-                passes * (1.0 - metallic) * (1.0 - dr.mean(specular)) * brightness,
+                passes * (1.0 - metallic) * channel_mean(dr, specular),
+                passes * (1.0 - metallic) * (1.0 - channel_mean(dr, specular)) * brightness,
             ]
             total = sum(chances[1:], chances[0])
             chances = [chance / total for chance in chances]
@@ -232,7 +206,8 @@ def register(mi: Any, dr: Any) -> None:
             # of what is drawn as diffuse the first part goes below the surface
             dives = active & (sample1 >= start) & (sample1 - start < chances[3] * share) & (wi.z > 0.0)
             dive, color = self.below.sample(ctx, si, sample1, sample2, dives)
-            dive.pdf = dr.mean(below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular)) / dr.maximum(chances[3], 1e-9)
+            above = channel_mean(dr, below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular))
+            dive.pdf = above / dr.maximum(chances[3], 1e-9)
             return dr.select(dives, dive, bs), dr.select(dives, color, value)
 
         def share_below(self, si: Any, active: Any) -> Any:
@@ -262,7 +237,7 @@ def register(mi: Any, dr: Any) -> None:
             edge = mi.Spectrum(1.0) if self.edge_tint is None else self.edge_tint.eval(si, active)
             metal, average = f82(dr, color, edge, facing)
             if self.keeps_energy:
-                metal *= self.kept_energy(roughness, wi.z, average)
+                metal *= self.kept(roughness, wi.z, average)
             value = metallic * metal * mirror
             diffuse = color * lambert
             if self.diffuse_roughness is not None:
@@ -271,20 +246,23 @@ def register(mi: Any, dr: Any) -> None:
             above = mi.Float(1.0)
             if self.below is not None:
                 above = 1.0 - self.share_below(si, active)
-            value += (1.0 - metallic) * (1.0 - dr.max(specular)) * above * diffuse
-            if self.has_specular:
-                kept = mi.Float(1.0)
-                if self.keeps_energy:
-                    kept = self.kept_energy(roughness, wi.z, self.tinted(si, mi.Float(self.ior_fresnel), active))
-                value += (1.0 - metallic) * self.tinted(si, mi.fresnel(facing, self.ior)[0], active) * kept * mirror
+            diffuse *= (1.0 - metallic) * (1.0 - dr.max(specular)) * above
+            if self.diffuse_alone:
+                return diffuse * below_coat, mi.Float(0.0)
+            value += diffuse
+            kept = mi.Float(1.0)
+            if self.keeps_energy:
+                kept = self.kept(roughness, wi.z, self.tinted(si, self.ior_fresnel.eval_1(si, active), active))
+            reflected = mi.fresnel(facing, self.ior.eval_1(si, active))[0]
+            value += (1.0 - metallic) * self.tinted(si, reflected, active) * kept * mirror
             value *= below_coat
             density = (chances[1] + chances[2]) * mirror_density + chances[3] * above * lambert
             if self.coat_weight is not None:
                 coat, coat_density, facing = Microfacets(mi, dr, coat_roughness).reflection(wi, wo)
-                kept = self.kept_energy(coat_roughness, wi.z, mi.Float(self.coat_fresnel))
-                value += coat_weight * mi.fresnel(facing, self.coat_ior)[0] * kept * coat
+                kept = self.kept(coat_roughness, wi.z, self.coat_fresnel.eval_1(si, active))
+                value += coat_weight * mi.fresnel(facing, self.coat_ior.eval_1(si, active))[0] * kept * coat
                 density += chances[0] * coat_density
             return value, density
 
-    mi.register_bsdf("blender_glossy", lambda properties: BlenderGlossy(properties))
-    mi.register_bsdf("blender_principled", lambda properties: BlenderPrincipled(properties))
+    register_closure(mi, "blender_glossy", BlenderGlossy)
+    register_closure(mi, "blender_principled", BlenderPrincipled)

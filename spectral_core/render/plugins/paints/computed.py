@@ -6,7 +6,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from spectral_core.render.plugins.paints.programs import LoadedProgram
+from spectral_core.render.plugins.paints.loaded import LoadedProgram
 
 
 @cache

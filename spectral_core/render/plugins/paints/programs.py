@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading programs on Dr.Jit arrays: what an operation may use, and what a program reads from a hit point."""
+"""What operations of shading programs may use on Dr.Jit arrays, and what they read from a hit point."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from spectral_core.render.plugins.paints.ray_marks import read_mark
 from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
-from spectral_core.scene.shading import Instruction, Program, step
 
 BUMP_STEP = 3e-4
 """Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
@@ -239,55 +237,3 @@ class DrJit:
 
     def _camera_rows(self, inverse: bool) -> list[list[Any]]:
         return self.tables.camera_matrix(inverse)
-
-
-@dataclass(frozen=True, eq=False)
-class RowsOfPrograms:
-    """Programs of equal shape, one per leaf; ``cursor.row`` tells whose numbers count."""
-
-    cursor: Any
-    programs: tuple[Program, ...]
-
-
-class LoadedProgram:
-    """A program with its numbers on the device: another number needs no new kernel."""
-
-    def __init__(self, tables: SceneTables, program: Program | RowsOfPrograms) -> None:
-        rows = program.programs if isinstance(program, RowsOfPrograms) else (program,)
-        self.cursor = program.cursor if isinstance(program, RowsOfPrograms) else None
-        self.tables, self.program = tables, rows[0]
-        values = [float(value) for row in rows for instruction in row.instructions for value in instruction.values]
-        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
-        self.numbers = tables.mi.Float(values or [0.0])
-        self.offsets: dict[int, int] = {}
-        self.stride = 0
-        for place, instruction in enumerate(self.program.instructions):
-            self.offsets[place] = self.stride
-            self.stride += len(instruction.values)
-
-    def can_take(self, other: LoadedProgram) -> bool:
-        """Whether one kernel runs both."""
-        alike = self.tables is other.tables and self.program.shape == other.program.shape
-        return alike and len(self.numbers) == len(other.numbers) and (self.cursor is None) == (other.cursor is None)
-
-    def take(self, other: LoadedProgram) -> None:
-        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
-        for mine, given in zip(self.program.instructions, other.program.instructions, strict=True):
-            if mine.data is not None and mine.data is not given.data:
-                self.tables.replace(mine.data, given.data)
-        self.program, self.numbers = other.program, other.numbers
-
-    def __call__(self, si: Any, active: Any) -> Any:
-        """Value at a hit point: one number or three."""
-        mi, dr = self.tables.mi, self.tables.dr
-        backend = DrJit(self.tables, si, mi.Bool(active))
-        start = mi.UInt32(0) if self.cursor is None else mi.UInt32(self.cursor.row) * self.stride
-        results: list[Any] = []
-        for place, instruction in enumerate(self.program.instructions):
-            offset = start + self.offsets[place]
-
-            def constant(item: Instruction, offset: Any = offset) -> list[Any]:
-                return [dr.gather(mi.Float, self.numbers, offset + k) for k in range(len(item.values))]
-
-            results.append(step(instruction, results, backend, constant))
-        return results[-1]

@@ -69,6 +69,11 @@ class SceneTables:
             self._buffer = self.mi.Float(np.ascontiguousarray(table.ravel(), dtype=np.float32))
         return self._buffer
 
+    def placement(self, number: Any, active: Any) -> list[Any]:
+        """The 24 numbers of object from world and of world from object, of a shape or instance by its number."""
+        at = number * self.row_size
+        return [self.dr.gather(self.mi.Float, self.buffer(), at + k, active) for k in range(24)]
+
     def rebuild(self) -> None:
         """Write all rows again, after one was placed anew."""
         self._buffer = None

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's camera and output settings to camera and film."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene import Aperture, Camera, Film
+
+from ..context import Translation
+from ..frames import rigid
+from ..ledger import note_changed
+from ..visibility import cycles_settings
+from .panorama import MIDDLE_VIEW_RAD, panorama_of
+
+FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
+MILLIMETRE = 1e-3
+SPOT_RAD = np.pi / 4
+"""What Blender takes for the cone of a lamp that is no spot."""
+SPOT_RAD_OF_50_MM = 2 * np.arctan(16 / 50)
+
+
+def translate_camera(translation: Translation, camera: Any) -> Camera:
+    """Camera of an evaluated camera object. Raises InvalidInputError where the scene has none."""
+    if camera is None:
+        raise InvalidInputError(
+            f"the scene {translation.scene.name!r} has no camera; add one, or choose one in the scene properties"
+        )
+    matrix = np.asarray(camera.matrix_world, dtype=np.float64)
+    if camera.type != "CAMERA":
+        # Cycles looks through a lamp as wide as its spot is, through anything else with a lens of 50 mm
+        angle = getattr(camera.data, "spot_size", SPOT_RAD) if camera.type == "LIGHT" else SPOT_RAD_OF_50_MM
+        view = 2 * np.arctan(18 / 16 * np.tan(angle / 2))
+        return Camera(world_from_camera=rigid(matrix), field_of_view_rad=view, near=1e-5, far=1e5)
+    lens = camera.data
+    for item in (lens, lens.dof):
+        note_changed(translation, camera.name, item)
+    if lens.type not in ("PERSP", "ORTHO", "PANO"):
+        translation.note(camera.name, f"a {lens.type.lower()} camera is shown as a perspective one")
+    orthographic = lens.type == "ORTHO"
+    shown = panorama_of(lens, translation.scene.render) if lens.type == "PANO" else None
+    placed = rigid(matrix)
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        placed[:3, 1] *= -1  # a mirrored camera gives a mirrored picture, as in Cycles
+    near = max(lens.clip_start, 1e-6)
+    return Camera(
+        world_from_camera=placed,
+        kind="panoramic" if shown is not None else ("orthographic" if orthographic else "perspective"),
+        field_of_view_rad=MIDDLE_VIEW_RAD if shown is not None else float(np.clip(lens.angle, 1e-3, np.pi - 1e-3)),
+        orthographic_scale=lens.ortho_scale,
+        sensor_fit=FITS[lens.sensor_fit],  # type: ignore[arg-type]
+        shift=(lens.shift_x, lens.shift_y),
+        aperture_radius=_lens_radius(lens) if lens.dof.use_dof else 0.0,
+        focus_distance=max(_focus_distance(lens, matrix), near),
+        near=near,
+        far=max(lens.clip_end, near * 2),
+        aperture=_aperture(lens.dof),
+        panorama=shown,
+    )
+
+
+def lens_of(camera: Any) -> tuple[float, float]:
+    """Radius of a camera's lens, 0 for a sharp picture, and the distance at which it is sharp."""
+    lens, matrix = camera.data, np.asarray(camera.matrix_world, dtype=np.float64)
+    radius = _lens_radius(lens) if lens.dof.use_dof else 0.0
+    return radius, max(_focus_distance(lens, matrix), 1e-6)
+
+
+def _aperture(dof: Any) -> Aperture:
+    """Shape of the lens opening where the camera has depth of field."""
+    if not dof.use_dof:
+        return Aperture()
+    return Aperture(int(dof.aperture_blades), float(dof.aperture_rotation), float(dof.aperture_ratio))
+
+
+def _lens_radius(lens: Any) -> float:
+    """Radius in scene units, as Cycles takes it: a lens in millimetres, an orthographic one of length 1."""
+    length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
+    return float(length / (2 * max(lens.dof.aperture_fstop, 1e-5)))
+
+
+def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
+    """Distance to the sharp plane: along the view to the object in focus, else as set."""
+    target = lens.dof.focus_object
+    if target is None:
+        return float(lens.dof.focus_distance)
+    view = matrix[:3, 2] / max(np.linalg.norm(matrix[:3, 2]), 1e-12)
+    return float(abs(view @ (np.asarray(target.matrix_world.translation, dtype=np.float64) - matrix[:3, 3])))
+
+
+def translate_film(scene: Any, samples: int, seed: int) -> Film:
+    """Film of a scene's output settings: percentage and border count, as Blender computes them."""
+    render = scene.render
+    width = max(int(render.resolution_x * render.resolution_percentage / 100), 1)
+    height = max(int(render.resolution_y * render.resolution_percentage / 100), 1)
+    return Film(
+        width,
+        height,
+        samples=samples,
+        seed=seed,
+        crop=border_in_pixels(render, width, height),
+        pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
+        transparent=render.film_transparent,
+        filter_width=filter_width_of(render),
+        exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
+    )
+
+
+def filter_width_of(render: Any) -> float:
+    """Full width of the Blackman-Harris filter, in pixels: twice Blender's Filter Size, in EEVEE as in Cycles."""
+    return 2.0 * float(np.clip(render.filter_size, 0.01, 10.0))
+
+
+def border_in_pixels(render: Any, width: int, height: int) -> tuple[int, int, int, int] | None:
+    """(left, bottom, width, height) of the render border, None where the whole frame is meant.
+
+    Blender cuts both edges off to whole pixels (in 32-bit arithmetic). Raises InvalidInputError for an empty border.
+    """
+    if not render.use_border:
+        return None
+    edges = np.array([render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y], np.float32)
+    size = np.array([width, width, height, height], np.float32)
+    left, right, bottom, top = (int(edge) for edge in edges * size)
+    if right <= left or top <= bottom:
+        raise InvalidInputError(
+            f"the render border of {right - left}×{top - bottom} pixels is empty; draw a larger one or clear it"
+        )
+    return left, bottom, right - left, top - bottom

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The fluorescent dyes that a material carries, in the closures whose color its spectrum stands for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene import (
+    AddSurface,
+    Color,
+    Diffuse,
+    Fluorescent,
+    MixSurface,
+    Principled,
+    Scalar,
+    Surface,
+    gray,
+    leaves,
+    map_leaves,
+)
+from spectral_core.scene.surface import Closure
+from spectral_core.spectra.fluorescence import FluorescentDye
+from spectral_core.spectra.spectrum import Spectrum
+
+from ...context import Translation
+from ..surfaces import BLACK
+
+LEAST_AMOUNT = 1e-4
+"""Amounts of a dye below it are left out: a design holds a little of every dye that it may use."""
+
+
+def dyes_of(owner: Any) -> tuple[tuple[FluorescentDye, ...], tuple[float, ...]]:
+    """Dyes that a material carries, and their amounts; its spectrum's wavelengths are those that dyes are known at.
+
+    Raises InvalidInputError for a dye that sends out what it takes in.
+    """
+    spectral = getattr(owner, "spectral", None)
+    used = [] if spectral is None else [dye for dye in spectral.dyes if dye.amount > LEAST_AMOUNT]
+    dyes = []
+    for dye in used:
+        name = f"dye {dye.excitation_nm:.0f} to {dye.emission_nm:.0f} nm"
+        bells = FluorescentDye.gaussian(name, dye.excitation_nm, dye.emission_nm)
+        dyes.append(bells)
+    return tuple(dyes), tuple(float(dye.amount) for dye in used)
+
+
+def with_dyes(translation: Translation, surface: Surface, material: Any, spectrum: Spectrum | None) -> Surface:
+    """The surface with the dyes of its material in its matt closures (Diffuse, and the base of Principled).
+
+    Dyes that would return more light than comes are reduced, and a note says by how much.
+    """
+    try:
+        dyes, amounts = dyes_of(material)
+    except InvalidInputError as error:
+        translation.note(material.name, f"{error}; it is shown without its dyes")
+        return surface
+    if not dyes:
+        return surface
+    if spectrum is not None:  # a designed dye is known at the wavelengths of the design
+        grid = spectrum.grid
+        known = [(dye, dye.excitation_on(grid), amount) for dye, amount in zip(dyes, amounts, strict=True)]
+        known = [each for each in known if np.any(each[1] > 0)]
+        dyes = tuple(FluorescentDye(d.name, Spectrum("excitation", grid, taken), d.emission) for d, taken, _ in known)
+        amounts = tuple(amount for *_, amount in known)
+    main = [leaf for leaf in leaves(surface) if isinstance(leaf, (Diffuse, Principled)) and leaf is not BLACK]
+    if not main:
+        translation.note(material.name, "carries fluorescent dyes, but no Diffuse or Principled shader that holds them")
+        return surface
+
+    def change(leaf: Closure) -> Surface:
+        if leaf is BLACK:
+            return leaf
+        if isinstance(leaf, Diffuse):
+            if leaf.roughness != 0:
+                translation.note(
+                    material.name, "its dyes make it evenly matt; the roughness of its Diffuse is left out"
+                )
+            return _fitting(translation, material.name, leaf.color, dyes, amounts, leaf.normal)
+        return _on_principled(translation, material.name, leaf, dyes, amounts) if isinstance(leaf, Principled) else leaf
+
+    return map_leaves(surface, change)
+
+
+def _fitting(
+    translation: Translation, name: str, color: Any, dyes: Any, amounts: tuple[float, ...], normal: Any
+) -> Fluorescent:
+    """The closure, with less of its dyes where they return more than comes."""
+    if not isinstance(color, (Color, Spectrum)):
+        text = "its texture and its dyes together are not checked for returning more light than comes"
+        translation.note(name, text)
+    share = Fluorescent.largest_share(color, dyes, amounts)
+    if share < 1:
+        text = f"its color and dyes return more light than comes; its dyes are reduced to {share:.0%}"
+        translation.note(name, text)
+    return Fluorescent(color, dyes, tuple(amount * min(share, 1.0) for amount in amounts), normal)
+
+
+def _on_principled(
+    translation: Translation, name: str, leaf: Principled, dyes: Any, amounts: tuple[float, ...]
+) -> Surface:
+    """Principled, and beside it the light of dyes in its base: where it is neither metal nor glass nor transparent.
+
+    What the gloss above reflects on the way in does not reach the dyes.
+    """
+    within = _fitting(translation, name, leaf.base_color, dyes, amounts, None)
+    reached = 1.0 - mean_reflectance(leaf.ior if isinstance(leaf.ior, (int, float)) else float(leaf.ior.at(589.3)))
+    glow: Surface = Fluorescent(gray(0.0), within.dyes, tuple(amount * reached for amount in within.amounts))
+    covers: tuple[tuple[Scalar, bool], ...] = ((leaf.metallic, True), (leaf.transmission, True), (leaf.alpha, False))
+    for share, hides in covers:
+        if share == (0.0 if hides else 1.0):
+            continue
+        glow = MixSurface(share, glow, BLACK) if hides else MixSurface(share, BLACK, glow)
+    return AddSurface(leaf, glow)
+
+
+def mean_reflectance(ior: float) -> float:
+    """Share of even light that a smooth surface of an index of refraction reflects, over all angles (Fresnel)."""
+    cosines = (np.arange(512) + 0.5) / 512
+    inside = np.sqrt(np.maximum(1 - (1 - cosines**2) / max(ior, 1.0) ** 2, 0.0))
+    index = max(ior, 1.0)
+    across = (cosines - index * inside) / (cosines + index * inside)
+    along = (index * cosines - inside) / (index * cosines + inside)
+    return float(np.mean((across**2 + along**2) * cosines))

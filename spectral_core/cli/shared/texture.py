@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a texture project to its files and figures; ``texture`` and ``design`` share it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from spectral_core.palette.texture.project import TextureOutcome, TextureProject
+
+WHITE_AT_DELTA_E = 10.0
+NOTICED_DELTA_E = 1.0
+PROGRESS = "progress"
+"""First word of the lines that report progress: ``progress 0.45 spectra``."""
+
+
+def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: bool) -> int:
+    """Design, write the files into ``folder``, print the figures; exit status 0."""
+    from spectral_core.palette.texture.project import run_project
+    from spectral_core.palette.texture.texture import Picture
+    from spectral_core.render.pictures import read_picture
+
+    def progress(share: float, what: str) -> None:
+        if tell:
+            print(f"{PROGRESS} {share:.3f} {what}", flush=True)
+
+    pictures = [Picture(path.stem, read_picture(path)) for path in project.pictures]
+    outcome = run_project(project, pictures, progress)
+    figures = figures_of(outcome)
+    _print(outcome, figures)
+    written = _write(folder, outcome, figures, progress)
+    print(f"written to {folder}: {', '.join(written)}")
+    if as_json:
+        print(json.dumps(figures | {"out": str(folder), "files": written}))
+    return 0
+
+
+def figures_of(outcome: TextureOutcome) -> dict[str, Any]:
+    """Contents of the report: contrast, losses, whites for other observers, wanted colors."""
+    from spectral_core.palette.texture.realism import white_differences
+
+    design = outcome.design
+    figures: dict[str, Any] = {
+        "floor": design.floor,
+        "slope": design.slope,
+        "exact_slope": design.stated_slope,
+        "spectra": len(design.texture.spectra),
+        "size": list(design.texture.weights.shape[1:]),
+        "compressed_share": design.compressed,
+        "pictures": [
+            {
+                "name": loss.name, "mean_delta_e": loss.mean, "p95_delta_e": loss.p95, "p99_delta_e": loss.p99,
+                "largest_delta_e": loss.largest, "contrast": loss.contrast, "ghost": loss.ghost,
+            }
+            for loss in design.losses
+        ],
+        "whites": [
+            {"observer": each.observer, "between_delta_e": each.between, "to_daylight_delta_e": each.to_daylight}
+            for each in white_differences(design.texture.lights)
+        ],
+        "seconds": design.seconds,
+    }  # fmt: skip
+    if outcome.allowed is not None:
+        figures |= {"allowed_slope": outcome.allowed.slope, "allowed_contrast": outcome.allowed.contrast}
+    if outcome.designed_lights is not None:
+        figures |= {
+            "white_delta_e": list(outcome.designed_lights.white_delta_e),
+            "light_seconds": outcome.designed_lights.seconds,
+        }
+    if outcome.wanted_colors:
+        figures["wanted_colors"] = [
+            {
+                "color": each.color.tolist(), "delta_e": each.delta_e, "reachable": each.reachable,
+                "nearest": each.nearest.tolist(), "delta_e_to_nearest": each.delta_e_nearest,
+            }
+            for each in outcome.wanted_colors
+        ]  # fmt: skip
+    return figures
+
+
+def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
+    design, designed = outcome.design, outcome.designed_lights
+    if designed is not None:
+        print(
+            f"designed two lights in {designed.seconds:.1f} s: unrelated pictures have a contrast of up to "
+            f"{(designed.floor + designed.slope) / designed.floor:.2g}:1, their whites differ from D65 by ΔE2000 "
+            f"{max(designed.white_delta_e):.3f}"
+        )
+        others = ", ".join(f"{each['observer']} {each['to_daylight_delta_e']:.1f}" for each in figures["whites"][1:])
+        print(f"for other observers the whites part from D65 by ΔE2000: {others}")
+    elif outcome.allowed is not None:
+        print(
+            f"these lights allow unrelated pictures a contrast of {outcome.allowed.contrast:.2g}:1 at floor "
+            f"{outcome.allowed.floor:g}"
+        )
+    print(
+        f"{figures['spectra']} spectra; black is shown as {design.floor:g}, contrast {design.slope:.3f}; "
+        f"{design.compressed:.1%} of the texels show the nearest color that a reflectance can have"
+    )
+    for loss in design.losses:
+        print(
+            f"{loss.name}: ΔE2000 mean {loss.mean:.3f}, 99 % {loss.p99:.2f}, largest {loss.largest:.2f}; "
+            f"details kept {loss.contrast:.2f}, ghost of the other picture {loss.ghost:.3f}"
+        )
+    for number, each in enumerate(outcome.wanted_colors, 1):
+        nearest = "" if each.reachable else f"; these spectra reach at best {np.round(each.nearest, 3).tolist()}"
+        print(f"wanted color {number}: ΔE2000 {each.delta_e:.2f}{nearest}")
+    if max(loss.mean for loss in design.losses) > NOTICED_DELTA_E:
+        print(
+            "these lights cannot show both pictures with this contrast: lower --slope, raise --floor, give --exact, "
+            "favor one picture with --importance, or leave out --light to have the lights designed"
+        )
+
+
+def _write(
+    folder: Path, outcome: TextureOutcome, figures: dict[str, Any], progress: Callable[[float, str], None]
+) -> list[str]:
+    from spectral_core.files.whole import write_text
+    from spectral_core.palette.texture.file import write_texture
+    from spectral_core.spectra.files import write_spectra
+    from spectral_core.spectra.pictures import write_png_rows
+
+    design = outcome.design
+    texture = design.texture
+    size = (texture.weights.shape[1], texture.weights.shape[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    progress(0.95, "writing")
+    write_texture(folder / "texture.exr", texture)
+    write_spectra(folder / "lights.csv", list(texture.lights))
+    names = ["texture.exr", "lights.csv"]
+    for number, light in enumerate(texture.lights, 1):
+
+        def shown(first: int, last: int, light: Any = light) -> Any:
+            return texture.rows(light, first, last)
+
+        write_png_rows(folder / f"shown_{number}.png", size, shown)
+        names.append(f"shown_{number}.png")
+    for number, loss in enumerate(design.losses, 1):
+
+        def lost(first: int, last: int, delta_e: Any = loss.delta_e) -> Any:
+            shares = np.minimum(delta_e[first:last].astype(np.float32) / WHITE_AT_DELTA_E, 1.0)
+            return np.repeat(shares[..., None], 3, axis=2)
+
+        write_png_rows(folder / f"lost_{number}.png", size, lost)
+        names.append(f"lost_{number}.png")
+    write_text(folder / "report.json", json.dumps(figures, indent=1))
+    progress(1.0, "done")
+    return [*names, "report.json"]

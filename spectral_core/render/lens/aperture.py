@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Points of a lens opening: a disk or a regular polygon, narrowed across."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import Aperture
+
+FEWEST_BLADES = 3
+"""Fewer blades leave a circle open."""
+
+
+def in_polygon(aperture: Aperture, draw: Any, m: Any, number: Callable[[float], Any]) -> tuple[Any, Any]:
+    """Evenly spread points of a polygon in the unit circle, the first corner on its right before it is turned.
+
+    ``draw``: two arrays in [0, 1); ``m``: as for ``panorama.direction_of``.
+    """
+    blades = number(aperture.blades)
+    sector = m.floor(draw[0] * blades)
+    # a triangle from the middle to one edge: the root spreads evenly over it
+    out = m.sqrt(draw[0] * blades - sector)
+    along = draw[1] * out
+    half = np.pi / blades
+    x, y = out * m.cos(half), (out - 2.0 * along) * m.sin(half)
+    turn = number(aperture.rotation_rad) + 2.0 * half * sector
+    return m.cos(turn) * x - m.sin(turn) * y, m.sin(turn) * x + m.cos(turn) * y
+
+
+def lens_point(mi: Any, aperture: Aperture, draw: Any, m: Any, number: Callable[[float], Any]) -> Any:
+    """A point of the opening of a lens of radius 1, ``draw`` an ``mi.Point2f`` in [0, 1)."""
+    if aperture.blades < FEWEST_BLADES:
+        point = mi.warp.square_to_uniform_disk_concentric(draw)
+    else:
+        point = mi.Point2f(*in_polygon(aperture, (draw.x, draw.y), m, number))
+    return point if aperture.ratio == 1 else mi.Point2f(point.x / number(aperture.ratio), point.y)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What closures read about an index of refraction: numbers and tables of albedos, so that another compiles nothing."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.mitsuba_scene import paint
+from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.plugins.closures import albedo
+from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
+from spectral_core.spectra.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+
+def _kept(name: str, table: Array) -> dict[str, Any]:
+    """A table of the energy of one bounce, and of its mean over the hemisphere."""
+    mean = np.repeat(albedo.average(table)[:, None], albedo.SIZE, axis=1)
+    return {name: Albedos(table), f"{name}_mean" if name != "single" else "mean": Albedos(mean)}
+
+
+def facet_inputs() -> dict[str, Any]:
+    """Energy that the facets of a perfect mirror keep."""
+    return _kept("single", albedo.conductor())
+
+
+def specular_inputs(ior: float, keeps_energy: bool) -> dict[str, Any]:
+    """The dielectric layer over what is diffuse."""
+    return {
+        "ior": Number(ior),
+        "ior_fresnel": Number(_average_fresnel(ior)),
+        "facing_reflectance": Number(((ior - 1.0) / (ior + 1.0)) ** 2),
+        "specular_albedo": Albedos(_layer_albedo(ior, keeps_energy)),
+    }
+
+
+def coat_inputs(ior: float) -> dict[str, Any]:
+    """The dielectric layer over everything else."""
+    return {
+        "coat_ior": Number(ior),
+        "coat_fresnel": Number(_average_fresnel(ior)),
+        "coat_albedo": Albedos(_layer_albedo(ior, True)),
+    }
+
+
+def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> dict[str, Any]:
+    """An interface that light passes; in RGB transport a spectrum counts at the sodium line."""
+    nominal = (float(ior.at(589.3)) or 1.5) if isinstance(ior, Spectrum) else float(ior)
+    index: Any = Number(nominal)
+    if isinstance(ior, Spectrum) and context.spectral:
+        index = Textured(paint.sampled_spectrum(context, ior), "color")
+    if smooth:
+        return {"ior": index}
+    nominal = round(nominal, 6)
+    outside, inside = albedo.dielectric(nominal)[1], albedo.dielectric(1 / nominal)[1]
+    return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
+
+
+@cache
+def _layer_albedo(ior: float, keeps_energy: bool) -> Array:
+    """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""
+    reflected, _ = albedo.dielectric(round(ior, 6))
+    single = albedo.conductor()
+    if not keeps_energy:
+        # Cycles layers by the facets' mean Fresnel factor, as if none of the light were lost between them
+        return reflected / single
+    mean, average_fresnel = albedo.average(single)[:, None], _average_fresnel(ior)
+    many = average_fresnel * mean / (1 - average_fresnel * (1 - mean))
+    return np.asarray(reflected * (1 + many * (1 - single) / single))
+
+
+@cache
+def _average_fresnel(ior: float) -> float:
+    """2 ∫ F(μ) μ dμ of a dielectric."""
+    cosine = (np.arange(256) + 0.5) / 256
+    return float((albedo.fresnel_dielectric(cosine, ior) * cosine).mean() * 2)

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a watt becomes radiance: what lamps of a stated power send out, whoever traces them.
+
+Blender states a lamp's power as if it sent light in all directions, so neither a spot's cone nor a luminaire's profile
+makes it brighter. Units: power in W, intensity in W/sr, irradiance in W/m², radiance in W/(m²·sr).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def intensity_of_point(power_w: float) -> float:
+    """Intensity of a point or spot light: its power over the 4π sr of all directions."""
+    return power_w / (4 * np.pi)
+
+
+def radiance_of_ball(power_w: float, radius: float) -> float:
+    """Radiance of a ball that looks from afar as a point of that power: a disk of area π·radius² in every direction."""
+    return intensity_of_point(power_w) / (np.pi * radius**2)
+
+
+def radiance_of_panel(power_w: float, area: float) -> float:
+    """Radiance of one side of a panel that shines evenly: the cosine's integral over the hemisphere is π."""
+    return power_w / (np.pi * area)
+
+
+def radiance_of_sun(irradiance: float, half_angle_rad: float) -> float:
+    """Radiance of a sun's disk; it gives a surface that faces it the irradiance radiance · π · sin²(half angle)."""
+    return irradiance / (np.pi * float(np.sin(half_angle_rad)) ** 2)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``mirror``; ``clear`` and ``tinted_clear``: Blender's Transparent, without and with a color."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+
+
+def register(mi: Any, dr: Any) -> None:
+    """Define and register the closures for the active variant."""
+
+    class Mirror(Closure):
+        """Reflects ``color`` of what comes from the mirrored direction, on both sides."""
+
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.m_flags = int(mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
+            self.color = inputs["color"]
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bs = dr.zeros(mi.BSDFSample3f)
+            bs.wo, bs.eta = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z), mi.Float(1.0)
+            bs.pdf, bs.sampled_type = mi.Float(1.0), mi.UInt32(int(mi.BSDFFlags.DeltaReflection))
+            valid = active & (si.wi.z != 0.0)
+            bs.pdf = dr.select(valid, bs.pdf, 0.0)
+            return bs, dr.select(valid, self.color.eval(si, active), 0.0)
+
+    class Clear(Closure):
+        """Lets all light through unbent."""
+
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.m_flags = int(mi.BSDFFlags.Null | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
+
+        def share(self, si: Any, active: Any) -> Any:
+            return mi.Spectrum(1.0)
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bs = dr.zeros(mi.BSDFSample3f)
+            bs.wo, bs.eta, bs.pdf = -si.wi, mi.Float(1.0), mi.Float(1.0)
+            bs.sampled_type = mi.UInt32(int(mi.BSDFFlags.Null))
+            return bs, dr.select(active, self.share(si, active), 0.0)
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return self.share(si, active)
+
+    class TintedClear(Clear):
+        """Lets light through unbent, times ``color``."""
+
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.color = inputs["color"]
+
+        def share(self, si: Any, active: Any) -> Any:
+            return self.color.eval(si, active)
+
+    register_closure(mi, "mirror", Mirror)
+    register_closure(mi, "clear", Clear)
+    register_closure(mi, "tinted_clear", TintedClear)

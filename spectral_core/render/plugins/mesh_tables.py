@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The triangles of a scene as one table, from which kernels read what a ray has hit.
+
+Mitsuba calls the shape that was hit: each instance is then a function of its own in the kernel, and an object that is
+placed a hundred times takes seconds to compile. Read from tables, any number of shapes is the same code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.plugins.numbers import aligned, own_copy
+from spectral_core.render.plugins.paints.tables import SceneTables
+
+NONE = 0xFFFFFFFF
+"""Place of what a shape has not."""
+COLUMNS = 4
+"""Per shape: first triangle, first vertex, first normal, first place in the UV map; of a ball its number in the second
+column and ``NONE`` in the first; of an instance the first of its parts in the second and ``NONE`` in the first."""
+
+
+@dataclass
+class _Triangles:
+    positions: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    normals: NDArray[np.float32] | None
+    uvs: NDArray[np.float32] | None
+
+
+class MeshTables:
+    """All meshes by their number in Mitsuba's registry; ``scene`` knows where instances stand."""
+
+    def __init__(self, scene: SceneTables, *, movable: bool) -> None:
+        self.scene, self.mi, self.dr, self.movable = scene, scene.mi, scene.dr, movable
+        self._meshes: dict[int, _Triangles] = {}
+        self._balls: dict[int, tuple[float, ...]] = {}
+        self._parts: dict[int, list[int]] = {}
+        self.faces = self.positions = self.normals = self.uvs = self.rows = self.parts = self.balls = None
+
+    def add(self, shape: Any) -> None:
+        """A mesh or a sphere of Mitsuba's, or one that was added before and has other vertices now."""
+        number, parameters = self._number(shape), self.mi.traverse(shape)
+        if "faces" not in parameters:
+            matrix = np.array(parameters["to_world"].matrix, dtype=np.float64).reshape(4, 4)
+            self._balls[number] = (*matrix[:3, 3].tolist(), float(np.linalg.norm(matrix[:3, 0])))
+            return
+        names = ("vertex_positions", "faces", "vertex_normals", "vertex_texcoords")
+        positions, faces, normals, uvs = (np.array(parameters[name]) for name in names)
+        self._meshes[number] = _Triangles(
+            positions.reshape(-1, 3),
+            faces.reshape(-1, 3),
+            normals.reshape(-1, 3) if normals.size else None,
+            uvs.reshape(-1, 2) if uvs.size else None,
+        )
+
+    def add_instance(self, placed: Any, shapes: list[Any]) -> None:
+        """A placement of a group of meshes, which stand in the order that the group has them in."""
+        self._parts[self._number(placed)] = [self._number(shape) for shape in shapes]
+
+    def _number(self, shape: Any) -> int:
+        return int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
+
+    def seal(self) -> None:
+        """Write everything to the device."""
+        mi, meshes = self.mi, self._meshes
+        last = max((*meshes, *self._balls, *self._parts), default=0)
+        rows = np.full((last + 1, COLUMNS), NONE, np.uint32)
+        starts = np.zeros(COLUMNS, np.uint32)
+        for number, mesh in meshes.items():
+            has = [True, True, mesh.normals is not None, mesh.uvs is not None]
+            rows[number] = np.where(has, starts, NONE)
+            starts += np.array([len(mesh.triangles), *(len(mesh.positions) * each for each in has[1:])], np.uint32)
+        for count, number in enumerate(self._balls):
+            rows[number, 1] = count
+        first = 0
+        for number, parts in self._parts.items():
+            rows[number, 1] = first
+            first += len(parts)
+        self.rows = self._array(mi.UInt32, rows)
+        self.parts = self._array(mi.UInt32, np.array([k for of in self._parts.values() for k in of] or [0, 0]))
+        self.balls = self._array(mi.Float, np.array(list(self._balls.values()) or [(0.0, 0.0)]))
+        self.faces = self._joined(mi.UInt32, [mesh.triangles for mesh in meshes.values()])
+        self.write_vertices()
+
+    def write_vertices(self) -> None:
+        """Write positions, normals and UV maps again."""
+        mi, meshes = self.mi, list(self._meshes.values())
+        self.positions = self._joined(mi.Float, [mesh.positions for mesh in meshes])
+        self.normals = self._joined(mi.Float, [mesh.normals for mesh in meshes if mesh.normals is not None])
+        self.uvs = self._joined(mi.Float, [mesh.uvs for mesh in meshes if mesh.uvs is not None])
+
+    def _joined(self, kind: Any, arrays: list[Any]) -> Any:
+        return self._array(kind, np.concatenate([np.ravel(array) for array in arrays] or [np.zeros(2)]))
+
+    def _array(self, kind: Any, values: Any) -> Any:
+        flat = np.ravel(values).astype(np.uint32 if kind is self.mi.UInt32 else np.float32)
+        return own_copy(kind, flat) if self.movable else kind(aligned(flat))
+
+    def intersect(self, scene: Any, ray: Any, coherent: Any, active: Any) -> Any:
+        """The nearest hit of a ray, as Mitsuba's ``ray_intersect`` gives it but for the derivatives of normals."""
+        mi, dr = self.mi, self.dr
+        found = scene.ray_intersect_preliminary(ray, coherent=coherent, active=active)
+        valid = mi.Bool(active) & found.is_valid()
+        own = dr.reinterpret_array(mi.UInt32, found.shape)
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        if self._parts:
+            placed = dr.reinterpret_array(mi.UInt32, found.instance)
+            is_placed = valid & (placed != 0)
+            first = dr.gather(mi.UInt32, self.rows, placed * COLUMNS + 1, is_placed)
+            part = dr.gather(mi.UInt32, self.parts, first + found.shape_index, is_placed)
+            own = dr.select(is_placed, part, own)
+            si.instance = dr.reinterpret_array(mi.ShapePtr, dr.select(is_placed, placed, 0))
+        own = dr.select(valid, own, 0)
+        si.shape = dr.reinterpret_array(mi.ShapePtr, own)
+        si.t, si.prim_index = dr.select(valid, found.t, dr.inf), found.prim_index
+        si.time, si.wavelengths = ray.time, ray.wavelengths
+        self._triangle(si, own, found.prim_uv, valid)
+        if self._balls:
+            self._ball(si, own, ray, valid)
+        if self._parts:
+            self._to_world(si, is_placed)
+        along = si.dp_du - si.sh_frame.n * dr.dot(si.sh_frame.n, si.dp_du)
+        si.sh_frame.s = dr.normalize(along)
+        si.sh_frame.t = dr.cross(si.sh_frame.n, si.sh_frame.s)
+        si.wi = dr.select(valid, si.to_local(-ray.d), -ray.d)
+        return si
+
+    def _triangle(self, si: Any, number: Any, place: Any, valid: Any) -> None:
+        """Position, normals, UV map and its tangents at a place in a triangle, in the mesh's own space."""
+        mi, dr = self.mi, self.dr
+        face, vertex, normal, uv = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, valid) for k in range(4))
+        valid = valid & (face != NONE)
+        corners = dr.gather(mi.Vector3u, self.faces, face + si.prim_index, valid)
+        b1, b2 = place.x, place.y
+        b0 = 1.0 - b1 - b2
+
+        def mean(values: Any) -> Any:
+            return dr.fma(values[0], b0, dr.fma(values[1], b1, values[2] * b2))
+
+        p = [dr.gather(mi.Point3f, self.positions, vertex + corners[k], valid) for k in range(3)]
+        si.p = mean(p)
+        first, second = mi.Vector3f(p[1] - p[0]), mi.Vector3f(p[2] - p[0])
+        si.n = mi.Normal3f(dr.normalize(dr.cross(first, second)))
+        smooth = valid & (normal != NONE)
+        n = mean([dr.gather(mi.Normal3f, self.normals, normal + corners[k], smooth) for k in range(3)])
+        si.sh_frame.n = dr.select(smooth, n * dr.rsqrt(dr.squared_norm(n)), si.n)
+
+        mapped = valid & (uv != NONE)
+        places = [dr.gather(mi.Point2f, self.uvs, uv + corners[k], mapped) for k in range(3)]
+        si.uv = dr.select(mapped, mean(places), mi.Point2f(b1, b2))
+        d1, d2 = places[1] - places[0], places[2] - places[0]
+        determinant = dr.fma(d1.x, d2.y, -(d1.y * d2.x))
+        inverse = dr.rcp(determinant)
+        along = (d2.y * first - d1.y * second) * inverse, (d1.x * second - d2.x * first) * inverse
+        across = mi.coordinate_system(si.n)  # where a map has no area
+
+        def tangent(k: int) -> Any:
+            return dr.select(mapped, dr.select(determinant != 0.0, along[k], across[k]), (first, second)[k])
+
+        si.dp_du, si.dp_dv = tangent(0), tangent(1)
+
+    def _ball(self, si: Any, number: Any, ray: Any, valid: Any) -> None:
+        """Position and normal on a sphere."""
+        mi, dr = self.mi, self.dr
+        face, ball = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, valid) for k in range(2))
+        mine = valid & (face == NONE)
+        center = mi.Point3f(*(dr.gather(mi.Float, self.balls, ball * 4 + k, mine) for k in range(3)))
+        normal = dr.normalize(ray(si.t) - center)
+        si.n = dr.select(mine, mi.Normal3f(normal), si.n)
+        si.sh_frame.n = dr.select(mine, mi.Normal3f(normal), si.sh_frame.n)
+        si.p = dr.select(mine, center + normal * dr.gather(mi.Float, self.balls, ball * 4 + 3, mine), si.p)
+        across, up = mi.coordinate_system(si.n)
+        si.dp_du, si.dp_dv = dr.select(mine, across, si.dp_du), dr.select(mine, up, si.dp_dv)
+
+    def _to_world(self, si: Any, placed: Any) -> None:
+        """From the space of an instance's meshes to the world."""
+        mi, dr = self.mi, self.dr
+        numbers = self.scene.placement(dr.reinterpret_array(mi.UInt32, si.instance), placed)
+        back, out = numbers[:12], numbers[12:]
+
+        def moved(v: Any, origin: float) -> list[Any]:
+            rows = (out[4 * i : 4 * i + 4] for i in range(3))
+            return [a * v.x + b * v.y + c * v.z + d * origin for a, b, c, d in rows]
+
+        def turned(v: Any) -> Any:
+            normal = mi.Normal3f(*(back[i] * v.x + back[4 + i] * v.y + back[8 + i] * v.z for i in range(3)))
+            return dr.normalize(normal)
+
+        si.p = dr.select(placed, mi.Point3f(*moved(si.p, 1.0)), si.p)
+        si.n = dr.select(placed, turned(si.n), si.n)
+        si.sh_frame.n = dr.select(placed, turned(si.sh_frame.n), si.sh_frame.n)
+        si.dp_du = dr.select(placed, mi.Vector3f(*moved(si.dp_du, 0.0)), si.dp_du)
+        si.dp_dv = dr.select(placed, mi.Vector3f(*moved(si.dp_dv, 0.0)), si.dp_dv)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shading programs in a kernel: their instructions are code, their numbers are data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.plugins.paints.programs import DrJit
+from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.scene.shading import Instruction, Program, step
+
+
+class TracedProgram:
+    """A program's code; its numbers are elsewhere, and those of every program of its shape serve."""
+
+    def __init__(self, tables: SceneTables, program: Program) -> None:
+        self.tables, self.program = tables, program
+        self.offsets: list[int] = []
+        count = 0
+        for instruction in program.instructions:
+            self.offsets.append(count)
+            count += len(instruction.values)
+
+    def take_contents(self, program: Program) -> None:
+        """Read the images and tables of ``program`` from now on, which has the same shape."""
+        for mine, given in zip(self.program.instructions, program.instructions, strict=True):
+            if mine.data is not None and mine.data is not given.data:
+                self.tables.replace(mine.data, given.data)
+        self.program = program
+
+    def value(self, numbers: Any, start: Any, si: Any, active: Any) -> Any:
+        """Value at a hit point: one number or three; ``start``: where its own begin in ``numbers``."""
+        mi, dr = self.tables.mi, self.tables.dr
+        backend = DrJit(self.tables, si, mi.Bool(active))
+        results: list[Any] = []
+        for place, instruction in enumerate(self.program.instructions):
+            offset = start + self.offsets[place]
+
+            def constant(item: Instruction, offset: Any = offset) -> list[Any]:
+                return [dr.gather(mi.Float, numbers, offset + k) for k in range(len(item.values))]
+
+            results.append(step(instruction, results, backend, constant))
+        return results[-1]
+
+
+class LoadedProgram(TracedProgram):
+    """A program with its numbers on the device: another number needs no new kernel."""
+
+    def __init__(self, tables: SceneTables, program: Program) -> None:
+        super().__init__(tables, program)
+        # a list, not an array: Dr.Jit would map NumPy's memory, which a recorded kernel launch takes for another kind
+        self.numbers = tables.mi.Float(numbers_of(program) or [0.0])
+
+    def can_take(self, other: LoadedProgram) -> bool:
+        """Whether one kernel runs both."""
+        return self.tables is other.tables and self.program.shape == other.program.shape
+
+    def take(self, other: LoadedProgram) -> None:
+        """Compute ``other`` from now on, a program of the same shape; kernels stay as they are."""
+        self.take_contents(other.program)
+        self.numbers = other.numbers
+
+    def __call__(self, si: Any, active: Any) -> Any:
+        """Value at a hit point: one number or three."""
+        return self.value(self.numbers, self.tables.mi.UInt32(0), si, active)
+
+
+def numbers_of(program: Program) -> list[float]:
+    """All numbers of a program, in order."""
+    return [float(value) for instruction in program.instructions for value in instruction.values]

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the surface at a hit does with light: Cycles' sum of weighted closures, over the rows of ``SurfaceTables``.
+
+One leaf is drawn by its weight. A sharp direction (mirror, glass, straight through) is charged to the leaf that gave
+it; any other is weighed against all leaves of the material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from spectral_core.render.plugins.closures.subsurface import DIVES
+from spectral_core.render.plugins.surfaces.kinds import ClosureKind
+from spectral_core.render.plugins.surfaces.table import FACTOR, SurfaceTables
+
+
+class SurfaceAt:
+    """The surface at a hit, called as Mitsuba's BSDFs are."""
+
+    def __init__(self, tables: SurfaceTables, si: Any) -> None:
+        self.tables, self.mi, self.dr = tables, tables.mi, tables.dr
+        mi, dr = self.mi, self.dr
+        number = dr.reinterpret_array(mi.UInt32, si.shape)
+        known = number < dr.opaque(mi.UInt32, dr.width(tables.material_of_shape))
+        self.material = dr.gather(mi.UInt32, tables.material_of_shape, number, known)
+        self.is_one = tables.most_leaves <= 1
+
+    def flags(self) -> Any:
+        """Mitsuba's flags of the material."""
+        return self.dr.gather(self.mi.UInt32, self.tables.material_flags, self.material)
+
+    def _leaves(self, active: Any) -> tuple[Any, Any, Any]:
+        """First leaf, the one after the last, and where there is any."""
+        mi, dr = self.mi, self.dr
+        first = dr.gather(mi.UInt32, self.tables.first_leaf, self.material, active)
+        count = dr.gather(mi.UInt32, self.tables.leaf_count, self.material, active)
+        return first, first + count, mi.Bool(active) & (count > 0)
+
+    def weight(self, leaf: Any, si: Any, active: Any) -> Any:
+        """Share of a leaf."""
+        mi, dr, tables = self.mi, self.dr, self.tables
+        result = dr.gather(mi.Float, tables.leaf_constant, leaf, active)
+        if tables.most_factors == 0:
+            return result
+        place = dr.gather(mi.UInt32, tables.leaf_factor, leaf, active)
+        end = place + FACTOR * dr.gather(mi.UInt32, tables.leaf_factors, leaf, active)
+
+        def body(place: Any, result: Any) -> tuple[Any, Any]:
+            there = active & (place < end)
+            tables.factor.read(tables.buffers, place, si, there)
+            factor = dr.clip(tables.factor.value, 0.0, 1.0)
+            tables.factor.value = None
+            is_rest = dr.gather(mi.Float, tables.buffers.numbers, place + 1, there) > 0.5
+            factor = dr.select(is_rest, 1.0 - factor, factor)
+            return place + FACTOR, dr.select(there, result * factor, result)
+
+        if tables.most_factors == 1:
+            return body(place, result)[1]
+        return dr.while_loop((place, result), lambda place, _: active & (place < end), body)[1]
+
+    def _by_kind(self, leaf: Any, call: Callable[..., Any], si: Any, rest: tuple[Any, ...], active: Any) -> Any:
+        """``call(closure, si, rest, active)`` with the closure of a leaf, its inputs read."""
+        mi, dr, tables = self.mi, self.dr, self.tables
+        row = dr.gather(mi.UInt32, tables.leaf_row, leaf, active)
+
+        def target(kind: ClosureKind) -> Callable[..., Any]:
+            def run(row: Any, si: Any, rest: tuple[Any, ...], active: Any) -> Any:
+                found = call(kind.prepare(tables.buffers, row, si, active), si, rest, active)
+                kind.clear()
+                return found
+
+            return run
+
+        targets = [target(kind) for kind in tables.kinds]
+        if len(targets) == 1:
+            return targets[0](row, si, rest, active)
+        kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
+        return dr.switch(kind, targets, row, si, rest, active)
+
+    def _over_leaves(self, state: tuple[Any, ...], body: Callable[..., Any], leaves: tuple[Any, Any, Any]) -> Any:
+        """``state`` after ``body(leaf, *state)`` for each leaf."""
+        first, end, active = leaves
+
+        def step(leaf: Any, *state: Any) -> tuple[Any, ...]:
+            return (leaf + 1, *body(leaf, *state))
+
+        return self.dr.while_loop((first, *state), lambda leaf, *_: active & (leaf < end), step)[1:]
+
+    def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
+        """Value · cosine and density of a direction."""
+        dr = self.dr
+        leaves = self._leaves(active)
+        if self.is_one:
+            leaf, _, active = leaves
+            value, density = self._measured(leaf, ctx, si, wo, active)
+            amount = self.weight(leaf, si, active)
+            return dr.select(active, amount * value, 0.0), dr.select(active & (amount > 0.0), density, 0.0)
+        total = self._total(si, leaves)
+        return self._weighed(ctx, si, wo, dr.select(total > 0.0, dr.rcp(total), 0.0), leaves)
+
+    def _measured(self, leaf: Any, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
+        def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> tuple[Any, Any]:
+            if not closure.flags() & ctx.type_mask:  # of other lobes than those that are asked for
+                return self.mi.Spectrum(0.0), self.mi.Float(0.0)
+            value, density = closure.eval_pdf(ctx, si, rest[0], active)
+            return self.mi.Spectrum(value), self.mi.Float(density)
+
+        value, density = self._by_kind(leaf, call, si, (wo,), active)
+        return value, density
+
+    def _total(self, si: Any, leaves: tuple[Any, Any, Any]) -> Any:
+        """Sum of all weights."""
+        active = leaves[2]
+
+        def add(leaf: Any, total: Any) -> tuple[Any]:
+            return (total + self.weight(leaf, si, active),)
+
+        return self._over_leaves((self.mi.Float(0.0),), add, leaves)[0]
+
+    def _weighed(self, ctx: Any, si: Any, wo: Any, scale: Any, leaves: tuple[Any, Any, Any]) -> tuple[Any, Any]:
+        """Sum over all leaves, and the density of drawing ``wo``; ``scale``: 1 over the sum of weights."""
+        mi, active = self.mi, leaves[2]
+
+        def add(leaf: Any, value: Any, density: Any) -> tuple[Any, Any]:
+            amount = self.weight(leaf, si, active)
+            mine, own = self._measured(leaf, ctx, si, wo, active)
+            return value + amount * mine, density + amount * scale * own
+
+        value, density = self._over_leaves((mi.Spectrum(0.0), mi.Float(0.0)), add, leaves)
+        return value, density
+
+    def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
+        """A direction drawn, and what comes from there over its density."""
+        mi, dr = self.mi, self.dr
+        leaves = self._leaves(active)
+        if self.is_one:
+            leaf, _, active = leaves
+            amount = self.weight(leaf, si, active)
+            bs, value = self._drawn(leaf, ctx, si, (sample1, sample2), active)
+            dives = (bs.sampled_type & DIVES) != 0
+            bs.pdf *= dr.select(dives, amount, 1.0)
+            return bs, dr.select(active, value * dr.select(dives, 1.0, amount), 0.0)
+        total = self._total(si, leaves)
+        scale = dr.select(total > 0.0, dr.rcp(total), 0.0)
+        chosen, amount, place = self._chosen(si, dr.minimum(sample1, 1.0 - 1e-6) * total, leaves)
+        mine = leaves[2] & (amount > 0.0)
+        drawn, value = self._drawn(chosen, ctx, si, (place, sample2), mine)
+        dives = (drawn.sampled_type & DIVES) != 0
+        drawn.pdf = dr.select(mine, drawn.pdf * dr.select(dives, total, amount * scale), 0.0)
+        value = dr.select(mine, value * dr.select(dives, 1.0, total), 0.0)
+        flag = drawn.sampled_type
+        sharp = mi.has_flag(flag, mi.BSDFFlags.Delta) | mi.has_flag(flag, mi.BSDFFlags.Null) | dives
+        spread = mine & ~sharp & (drawn.pdf > 0.0)
+        first, end, _ = leaves
+        every, density = self._weighed(ctx, si, drawn.wo, scale, (first, end, spread))
+        drawn.pdf = dr.select(spread, density, drawn.pdf)
+        value = dr.select(spread, every / dr.maximum(density, 1e-20), value)
+        return drawn, dr.select(mine & (drawn.pdf > 0.0), value, 0.0)
+
+    def _chosen(self, si: Any, mark: Any, leaves: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        """The leaf at ``mark`` in the running sum of weights, its weight, and the place within its part, in [0, 1)."""
+        mi, dr = self.mi, self.dr
+        active = leaves[2]
+
+        def step(leaf: Any, chosen: Any, amount: Any, start: Any, below: Any) -> tuple[Any, ...]:
+            mine = self.weight(leaf, si, active)
+            here = (mark >= below) & (mark < below + mine)
+            chosen, amount = dr.select(here, leaf, chosen), dr.select(here, mine, amount)
+            return chosen, amount, dr.select(here, below, start), below + mine
+
+        state = (mi.UInt32(leaves[0]), mi.Float(0.0), mi.Float(0.0), mi.Float(0.0))
+        chosen, amount, start, _ = self._over_leaves(state, step, leaves)
+        return chosen, amount, dr.clip((mark - start) / dr.maximum(amount, 1e-12), 0.0, 1.0 - 1e-6)
+
+    def _drawn(self, leaf: Any, ctx: Any, si: Any, samples: tuple[Any, Any], active: Any) -> tuple[Any, Any]:
+        def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> tuple[Any, Any]:
+            bs, value = closure.sample(ctx, si, *rest, active)
+            return bs, self.mi.Spectrum(value)
+
+        bs, value = self._by_kind(leaf, call, si, samples, active)
+        return bs, value
+
+    def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+        """Share of light that passes straight."""
+        mi = self.mi
+        if not any(self._passes(kind) for kind in self.tables.kinds):
+            return mi.Spectrum(0.0)
+        leaves = self._leaves(active)
+        if self.is_one:
+            return self._passed(leaves[0], si, leaves[2])
+
+        def add(leaf: Any, passed: Any) -> tuple[Any]:
+            return (passed + self._passed(leaf, si, leaves[2]),)
+
+        return self._over_leaves((mi.Spectrum(0.0),), add, leaves)[0]
+
+    def _passes(self, kind: ClosureKind) -> bool:
+        return bool(kind.flags & int(self.mi.BSDFFlags.Null))
+
+    def _passed(self, leaf: Any, si: Any, active: Any) -> Any:
+        """What one leaf lets through, times its weight."""
+        mi, dr, tables = self.mi, self.dr, self.tables
+        kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
+        row = dr.gather(mi.UInt32, tables.leaf_row, leaf, active)
+        result, any_passes = mi.Spectrum(0.0), mi.Bool(False)
+        for number, of in enumerate(tables.kinds):
+            if self._passes(of):
+                mine = active & (kind == number)
+                clear = of.prepare(tables.buffers, row, si, mine).eval_null_transmission(si, mine)
+                of.clear()
+                result, any_passes = dr.select(mine, clear, result), any_passes | mine
+        return dr.select(any_passes, result * self.weight(leaf, si, any_passes), 0.0)

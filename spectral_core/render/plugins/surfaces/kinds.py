@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kinds of closures that a scene has, each traced once, and the numbers that closures of a kind differ in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from spectral_core.render.plugins.closures.lobe import classes
+from spectral_core.render.plugins.paints.loaded import numbers_of
+from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.plugins.surfaces.slots import WIDTHS, Slot
+from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Programmed, Source, Tint
+
+
+@dataclass
+class Buffers:
+    """What slots read on the device. ``program_values``: the numbers of all programs, one after another.
+
+    ``upsampling``: of computed colors to spectra, None in RGB transport.
+    """
+
+    scene: SceneTables
+    upsampling: Any
+    program_values: list[float] = field(default_factory=list)
+    albedo_values: list[float] = field(default_factory=list)
+    numbers: Any = None
+    codes: Any = None
+    program_numbers: Any = None
+    albedos: Any = None
+    _albedo_places: dict[bytes, int] = field(default_factory=dict)
+
+    def plain(self, source: Source) -> tuple[list[float], list[int]]:
+        """Numbers and whole numbers of a source in a row, as many as its kind takes; zeros where it is computed."""
+        width = WIDTHS[source.kind]
+        if isinstance(source, Number):
+            return [float(source.value), 0.0], [0, 0]
+        if isinstance(source, Tint):
+            return self._reflectance(source.rgb), [0] * width
+        if isinstance(source, Albedos):
+            return [0.0], [self._albedo_place(np.asarray(source.values, np.float32))]
+        return [0.0] * width, [0] * width
+
+    def _reflectance(self, rgb: Any) -> list[float]:
+        """A color as it is or, in spectral transport, the coefficients of its smooth spectrum."""
+        mi = self.scene.mi
+        color = [float(part) for part in rgb]
+        if not mi.is_spectral:
+            return color
+        found = mi.srgb_model_fetch(mi.ScalarColor3f(color))
+        return [float(found[k]) for k in range(3)]
+
+    def _albedo_place(self, values: Any) -> int:
+        """First place of a table in the stack; equal tables are there once."""
+        key = values.tobytes()
+        if key not in self._albedo_places:
+            self._albedo_places[key] = len(self.albedo_values)
+            self.albedo_values += values.ravel().tolist()
+        return self._albedo_places[key]
+
+    def program_start(self, source: Source, place: int | None) -> int:
+        """First place of a program's numbers, which are written there or, for None, added at the end."""
+        if not isinstance(source, Programmed):
+            return 0
+        values = numbers_of(source.program)
+        if place is None:
+            place = len(self.program_values)
+            self.program_values += values
+        else:
+            self.program_values[place : place + len(values)] = values
+        return place
+
+
+class ClosureKind:
+    """One closure of the kernel: an object of its class whose inputs are slots."""
+
+    def __init__(self, lobe: Lobe, variant: str) -> None:
+        self.build = lobe.build()
+        self.slots: list[Slot] = []
+        named: dict[int, Slot] = {}
+        offset = 0
+        for source in lobe.sources:
+            named[id(source)] = Slot(source.kind, offset)
+            self.slots.append(named[id(source)])
+            offset += WIDTHS[source.kind]
+        self.width, self.name = offset, lobe.name
+        self.closure = _made(lobe, named, variant)
+        self.flags = int(self.closure.flags())
+
+    def prepare(self, buffers: Buffers, row: Any, si: Any, active: Any) -> Any:
+        """The closure with the inputs of a hit; ``row``: where its numbers begin."""
+        for slot in self.slots:
+            slot.read(buffers, row, si, active)
+        return self.closure
+
+    def clear(self) -> None:
+        """Forget the inputs, which are variables of the call that has read them."""
+        for slot in self.slots:
+            slot.value = None
+
+    def pairs(self, lobe: Lobe) -> Iterator[tuple[Slot, Source]]:
+        """Each slot with what a closure of this kind has there."""
+        return zip(self.slots, lobe.sources, strict=True)
+
+
+def _made(lobe: Lobe, named: dict[int, Slot], variant: str) -> Any:
+    inputs = {
+        name: _made(part, named, variant) if isinstance(part, Lobe) else named.get(id(part), part)
+        for name, part in lobe.parts.items()
+    }
+    return classes[variant, lobe.name](inputs)

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one BSDF that all shapes of a scene have in Mitsuba: its own integrators then know our surfaces."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
+from spectral_core.render.plugins.surfaces.table import SurfaceTables
+
+
+@cache
+def scene_bsdf_class(variant: str) -> Any:
+    """The class under ``variant``, which must be the active one."""
+    import mitsuba as mi
+
+    class SceneBSDF(mi.BSDF):
+        """Finds the surface of each hit in ``surfaces``."""
+
+        def __init__(self, surfaces: SurfaceTables) -> None:
+            super().__init__(mi.Properties())
+            self.surfaces = surfaces
+
+        def seal(self) -> None:
+            """Write the surfaces to the device, after all shapes were made."""
+            self.surfaces.seal()
+            self.m_flags = self.surfaces.flags
+            self.m_components = [self.surfaces.flags]
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            return SurfaceAt(self.surfaces, si).sample(ctx, si, sample1, sample2, active)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return SurfaceAt(self.surfaces, si).eval_pdf(ctx, si, wo, active)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[1]
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return SurfaceAt(self.surfaces, si).eval_null_transmission(si, active)
+
+        def to_string(self) -> str:
+            return "SceneBSDF"
+
+    return SceneBSDF

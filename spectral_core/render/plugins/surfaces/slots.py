@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inputs of a closure at a hit: read once from the tables, then given as often as the closure asks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.plugins.closures.albedo import SIZE
+from spectral_core.render.plugins.paints.loaded import TracedProgram
+from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.plugins.surfaces.sources import Programmed, Source, Textured
+
+FIRST_TEXTURE = 1 << 16
+"""Place in a row of the first texture that computes an input; programs count from 1."""
+WIDTHS = {"number": 2, "color": 3, "vector": 2, "table": 1}
+"""Places that an input takes in the row of a closure: of numbers, and of whole numbers (reader, first number)."""
+
+
+class ProgramReader:
+    """Computes programs of one shape that read the same images and tables."""
+
+    def __init__(self, traced: TracedProgram, kind: str) -> None:
+        self.traced, self.kind = traced, kind
+
+    def __call__(self, buffers: Any, start: Any, si: Any, active: Any) -> Any:
+        """A number for inputs of that kind, else three."""
+        import drjit as dr
+        import mitsuba as mi
+
+        found = self.traced.value(buffers.program_numbers, start, si, active)
+        parts = found if isinstance(found, tuple) else (found,) * 3
+        red, green, blue = (dr.select(dr.isfinite(part), part, 0.0) for part in parts)
+        if self.kind != "number":
+            return mi.Color3f(red, green, blue)
+        return red if self.traced.program.width == 1 else 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+class AlbedoLookup:
+    """One of the stacked albedo tables at a hit, called as ``(roughness, cosine)``."""
+
+    def __init__(self, stack: Any, first: Any) -> None:
+        self.stack, self.first = stack, first
+
+    def __call__(self, roughness: Any, cosine: Any) -> Any:
+        import drjit as dr
+        import mitsuba as mi
+
+        last = SIZE - 1
+        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (dr.safe_sqrt(cosine), roughness))
+        column, row = (dr.minimum(mi.UInt32(place), last - 1) for place in (x, y))
+        right, up = x - mi.Float(column), y - mi.Float(row)
+        at = self.first + row * SIZE + column
+        low, next_low, high, next_high = (dr.gather(mi.Float, self.stack, at + k) for k in (0, 1, SIZE, SIZE + 1))
+        return dr.lerp(dr.lerp(low, next_low, right), dr.lerp(high, next_high, right), up)
+
+
+class Slot:
+    """An input. ``offset``: its first place in a closure's row; ``readers``: what computes it where no number does."""
+
+    def __init__(self, kind: str, offset: int) -> None:
+        self.kind, self.offset = kind, offset
+        self.programs: list[ProgramReader] = []
+        self.textures: list[Any] = []
+        self.places: dict[Any, int] = {}
+        """By build of a source: what stands in a row for the program or texture that computes it."""
+        self.has_numbers = False
+        self.value: Any = None
+
+    def enter(self, source: Source, tables: SceneTables) -> int:
+        """What stands in a row for the reader of a source; 0 for a plain number."""
+        build = build_of(source)
+        if build is None:
+            self.has_numbers = True
+            return 0
+        if build not in self.places:
+            if isinstance(source, Programmed):
+                self.programs.append(ProgramReader(TracedProgram(tables, source.program), self.kind))
+                self.places[build] = len(self.programs)
+            elif isinstance(source, Textured):
+                self.places[build] = FIRST_TEXTURE + len(self.textures)
+                self.textures.append(source.texture)
+        return self.places[build]
+
+    def knows(self, source: Source) -> bool:
+        """Whether the kernel can read a source here."""
+        build = build_of(source)
+        return self.has_numbers if build is None else build in self.places
+
+    def eval(self, si: Any, active: Any = True) -> Any:
+        """As a spectrum."""
+        import mitsuba as mi
+
+        return mi.Spectrum(self.value) if self.kind == "number" else self.value
+
+    def eval_1(self, si: Any, active: Any = True) -> Any:
+        """As a number."""
+        return self.value
+
+    eval_3 = eval_1
+
+    def __call__(self, roughness: Any, cosine: Any) -> Any:
+        """Entry of a table of albedos."""
+        return self.value(roughness, cosine)
+
+    def read(self, buffers: Any, row: Any, si: Any, active: Any) -> None:
+        """Find the value at a hit; ``row``: first place of the closure's row."""
+        import drjit as dr
+        import mitsuba as mi
+
+        at = row + self.offset
+        if self.kind == "table":
+            self.value = AlbedoLookup(buffers.albedos, dr.gather(mi.UInt32, buffers.codes, at, active))
+            return
+        found = self._number(buffers, at, si, active) if self.has_numbers else None
+        if not self.places:
+            self.value = found
+            return
+        code = dr.gather(mi.UInt32, buffers.codes, at, active)
+        start = dr.gather(mi.UInt32, buffers.codes, at + 1, active)
+        if self.programs:
+            mine = active & (code > 0) & (code < FIRST_TEXTURE)
+            found = self._chosen(found, mine, self._program_values, (buffers, code - 1, start, si))
+        if self.textures:
+            mine = active & (code >= FIRST_TEXTURE)
+            found = self._chosen(found, mine, self._texture_values, (buffers, code - FIRST_TEXTURE, start, si))
+        self.value = found
+
+    def _number(self, buffers: Any, at: Any, si: Any, active: Any) -> Any:
+        import drjit as dr
+        import mitsuba as mi
+
+        if self.kind != "color":
+            return dr.gather(mi.Float, buffers.numbers, at, active)
+        found = [dr.gather(mi.Float, buffers.numbers, at + k, active) for k in range(3)]
+        return mi.srgb_model_eval(mi.Vector3f(*found), si.wavelengths) if mi.is_spectral else mi.Color3f(*found)
+
+    def _chosen(self, found: Any, mine: Any, read: Any, where: tuple[Any, ...]) -> Any:
+        """``found``, or what ``read`` finds for the lanes ``mine``."""
+        import drjit as dr
+
+        buffers, code, start, si = where
+        if found is None:
+            return read(buffers, code, start, si, mine)
+
+        def other(_found: Any, code: Any, start: Any, si: Any, mine: Any) -> Any:
+            return dr.select(mine, read(buffers, code, start, si, mine), _found)
+
+        return dr.if_stmt((found, code, start, si, mine), mine, other, lambda found, *_: found)
+
+    def _program_values(self, buffers: Any, code: Any, start: Any, si: Any, active: Any) -> Any:
+        import drjit as dr
+
+        targets = [lambda start, si, active, read=read: read(buffers, start, si, active) for read in self.programs]
+        found = targets[0](start, si, active) if len(targets) == 1 else dr.switch(code, targets, start, si, active)
+        if self.kind != "color":
+            return found
+        rgb = dr.clip(found, 0.0, 1.0)
+        return rgb if buffers.upsampling is None else buffers.upsampling(tuple(rgb), si.wavelengths)
+
+    def _texture_values(self, buffers: Any, code: Any, start: Any, si: Any, active: Any) -> Any:
+        import drjit as dr
+
+        name = {"number": "eval_1", "color": "eval", "vector": "eval_3"}[self.kind]
+        targets = [
+            lambda start, si, active, texture=texture: getattr(texture, name)(si, active) for texture in self.textures
+        ]
+        return targets[0](start, si, active) if len(targets) == 1 else dr.switch(code, targets, start, si, active)
+
+
+def build_of(source: Source) -> Any:
+    """What must be equal for two sources to be computed by the same reader; None for plain numbers."""
+    if isinstance(source, Programmed):
+        return (source.program.shape, *(id(i.data) for i in source.program.instructions))
+    return ("texture", id(source.texture)) if isinstance(source, Textured) else None

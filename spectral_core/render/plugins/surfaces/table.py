@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which closures the shapes of a scene have, with what weights: rows of tables that kernels read.
+
+A material is a run of leaves, a leaf a closure with a weight. A hit finds its material by the number of its shape in
+Mitsuba's registry; another number, another material or another mix of known closures needs no new kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from spectral_core.render.plugins.paints.tables import SceneTables
+from spectral_core.render.plugins.surfaces.kinds import Buffers, ClosureKind
+from spectral_core.render.plugins.surfaces.slots import Slot, build_of
+from spectral_core.render.plugins.surfaces.sources import Lobe, Programmed, Source, Textured
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """A closure with its weight: ``constant`` times the ``factors``, of which some are taken from 1."""
+
+    lobe: Lobe
+    constant: float
+    factors: tuple[tuple[Source, bool], ...] = ()
+
+
+@dataclass
+class _Entry:
+    """A leaf as it stands in the tables: its kind, its row, the place of its first factor, and whose it is."""
+
+    leaf: Leaf
+    kind: int
+    row: int
+    factor: int
+
+
+FACTOR = 2
+"""Places of a factor in the rows: what it is, and 1 where it is taken from 1."""
+
+
+class SurfaceTables:
+    """All surfaces of a scene: ``add`` and ``assign`` fill it, ``seal`` writes it to the device, ``take`` edits it."""
+
+    def __init__(self, scene: SceneTables, upsampling: Any) -> None:
+        self.mi, self.dr = scene.mi, scene.dr
+        self.buffers = Buffers(scene, upsampling)
+        self.kinds: list[ClosureKind] = []
+        self.factor = Slot("number", 0)
+        """Reads factors of weights."""
+        self._numbers: list[float] = []
+        self._codes: list[int] = []
+        self._entries: list[_Entry] = []
+        self._materials: dict[str, tuple[int, int]] = {}
+        self._assigned: dict[int, str] = {}
+        self._written: dict[str, list[Any]] = {}
+        self.leaf_kind = self.leaf_row = self.leaf_constant = self.leaf_factor = self.leaf_factors = None
+        self.first_leaf = self.leaf_count = self.material_flags = self.material_of_shape = None
+
+    def add(self, name: str, leaves: Sequence[Leaf]) -> None:
+        """A material by its name."""
+        self._materials[name] = (len(self._entries), len(leaves))
+        for leaf in leaves:
+            kind = self._kind_of(leaf.lobe)
+            self._enter_sources(leaf)
+            row = len(self._numbers)
+            self._grow(self.kinds[kind].width + FACTOR * len(leaf.factors))
+            entry = _Entry(leaf, kind, row, row + self.kinds[kind].width)
+            self._entries.append(entry)
+            self._write(entry, is_there=False)
+
+    def _kind_of(self, lobe: Lobe) -> int:
+        build = lobe.build()
+        for number, kind in enumerate(self.kinds):
+            if kind.build == build:
+                return number
+        self.kinds.append(ClosureKind(lobe, self.mi.variant()))
+        return len(self.kinds) - 1
+
+    def _enter_sources(self, leaf: Leaf) -> None:
+        kind = self.kinds[self._kind_of(leaf.lobe)]
+        for slot, source in (*kind.pairs(leaf.lobe), *((self.factor, source) for source, _ in leaf.factors)):
+            slot.enter(source, self.buffers.scene)
+
+    def _grow(self, count: int) -> None:
+        self._numbers += [0.0] * count
+        self._codes += [0] * count
+
+    def _write(self, entry: _Entry, *, is_there: bool) -> None:
+        """Numbers of a leaf; ``is_there``: one of equal build stood there, whose programs' places it takes."""
+        at = entry.row
+        for slot, source in self.kinds[entry.kind].pairs(entry.leaf.lobe):
+            self._write_source(slot, source, at + slot.offset, is_there)
+        for number, (source, complement) in enumerate(entry.leaf.factors):
+            at = entry.factor + FACTOR * number
+            self._write_source(self.factor, source, at, is_there)
+            self._numbers[at + 1] = float(complement)
+
+    def _write_source(self, slot: Slot, source: Source, at: int, is_there: bool) -> None:
+        numbers, codes = self.buffers.plain(source)
+        place = slot.places.get(build_of(source), 0)
+        if place:
+            start = self.buffers.program_start(source, self._codes[at + 1] if is_there else None)
+            codes = [place, start, *codes[2:]]
+        self._numbers[at : at + len(numbers)] = numbers
+        self._codes[at : at + len(codes)] = codes
+
+    def assign(self, shape: Any, name: str) -> None:
+        """Give a shape of Mitsuba's a material."""
+        self._assigned[self.number_of(shape)] = name
+
+    def is_assigned(self, shape: Any, name: str) -> bool:
+        """Whether a shape has a material."""
+        return self._assigned.get(self.number_of(shape)) == name
+
+    def has(self, name: str) -> bool:
+        """Whether a material was added."""
+        return name in self._materials
+
+    def number_of(self, shape: Any) -> int:
+        """Number of a shape in Mitsuba's registry."""
+        return int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
+
+    @property
+    def most_leaves(self) -> int:
+        """Leaves of the material that has most."""
+        return max((count for _, count in self._materials.values()), default=0)
+
+    @property
+    def most_factors(self) -> int:
+        """Varying factors of the weight that has most."""
+        return max((len(entry.leaf.factors) for entry in self._entries), default=0)
+
+    @property
+    def flags(self) -> int:
+        """Mitsuba's flags of all materials."""
+        found = 0
+        for kind in self.kinds:
+            found |= kind.flags
+        return found
+
+    def seal(self) -> None:
+        """Write what was added to the device; what is there already stays the same array."""
+        if not self.kinds:  # nothing is to be hit, yet kernels are traced
+            self.add("", [Leaf(Lobe("clear", {}), 1.0)])
+        entries, buffers = self._entries, self.buffers
+        self._put(buffers, "numbers", self._numbers)
+        self._put(buffers, "codes", self._codes)
+        self._put(buffers, "program_numbers", buffers.program_values)
+        self._put(buffers, "albedos", buffers.albedo_values)
+        self._put(self, "leaf_kind", [entry.kind for entry in entries])
+        self._put(self, "leaf_row", [entry.row for entry in entries])
+        self._put(self, "leaf_constant", [float(entry.leaf.constant) for entry in entries])
+        self._put(self, "leaf_factor", [entry.factor for entry in entries])
+        self._put(self, "leaf_factors", [len(entry.leaf.factors) for entry in entries])
+        # row 0 is of no material: of what a ray misses, and of shapes that are not ours
+        runs = [(0, 0), *self._materials.values()]
+        self._put(self, "first_leaf", [first for first, _ in runs])
+        self._put(self, "leaf_count", [count for _, count in runs])
+        self._put(self, "material_flags", [self._flags_of(first, count) for first, count in runs])
+        places = {name: number for number, name in enumerate(self._materials, 1)}
+        last = max(self._assigned, default=0)
+        self._put(self, "material_of_shape", [places.get(self._assigned.get(k, ""), 0) for k in range(last + 1)])
+
+    def _flags_of(self, first: int, count: int) -> int:
+        found = 0
+        for entry in self._entries[first : first + count]:
+            found |= self.kinds[entry.kind].flags
+        return found
+
+    def _put(self, owner: Any, name: str, values: list[Any]) -> None:
+        if self._written.get(name) == values:
+            return
+        is_real = name in ("numbers", "program_numbers", "albedos", "leaf_constant")
+        # lists, not arrays: Dr.Jit would map NumPy's memory, which a recorded launch takes for another kind
+        made = self.mi.Float(values or [0.0]) if is_real else self.mi.UInt32(values or [0])
+        setattr(owner, name, made)
+        self._written[name] = list(values)
+
+    def take(self, name: str, leaves: Sequence[Leaf], carry: Callable[[Any, Any], bool]) -> bool:
+        """Other numbers for a material, if no other kernel is needed. ``carry``: of one texture into another.
+
+        False where it cannot be done; the tables are then of no use any more.
+        """
+        first, count = self._materials[name]
+        entries = self._entries[first : first + count]
+        if len(leaves) != count or not self._are_of_kinds(entries, leaves) or not self._reads(entries, leaves, carry):
+            return False
+        for entry, leaf in zip(entries, leaves, strict=True):
+            entry.leaf = leaf
+            self._write(entry, is_there=True)
+        self.seal()
+        return True
+
+    def _are_of_kinds(self, entries: Sequence[_Entry], leaves: Sequence[Leaf]) -> bool:
+        return all(
+            self.kinds[entry.kind].build == leaf.lobe.build() and len(entry.leaf.factors) == len(leaf.factors)
+            for entry, leaf in zip(entries, leaves, strict=True)
+        )
+
+    def _sources(self, kind: ClosureKind, leaf: Leaf) -> Iterator[tuple[Slot, Source]]:
+        yield from kind.pairs(leaf.lobe)
+        yield from ((self.factor, source) for source, _ in leaf.factors)
+
+    def _reads(self, entries: Sequence[_Entry], leaves: Sequence[Leaf], carry: Callable[[Any, Any], bool]) -> bool:
+        """Let readers of programs and textures read the contents that new leaves have."""
+        changed: dict[tuple[int, Any], tuple[Slot, Source, list[Source]]] = {}
+        for entry, leaf in zip(entries, leaves, strict=True):
+            kind = self.kinds[entry.kind]
+            for (slot, old), (_, new) in zip(self._sources(kind, entry.leaf), self._sources(kind, leaf), strict=True):
+                if (build_of(old) is None) != (build_of(new) is None):
+                    return False
+                if build_of(new) != build_of(old):
+                    changed.setdefault((id(slot), build_of(old)), (slot, old, []))[2].append(new)
+        return all(self._replace(slot, old, new, carry) for slot, old, new in changed.values())
+
+    def _replace(self, slot: Slot, old: Source, new: list[Source], carry: Callable[[Any, Any], bool]) -> bool:
+        """Let one reader read what all its uses have now."""
+        build, wanted = build_of(old), build_of(new[0])
+        uses = sum(
+            of is slot and build_of(source) == build
+            for entry in self._entries
+            for of, source in self._sources(self.kinds[entry.kind], entry.leaf)
+        )
+        if uses != len(new) or any(build_of(each) != wanted for each in new):
+            return False
+        if isinstance(old, Programmed) and isinstance(new[0], Programmed):
+            if old.program.shape != new[0].program.shape:
+                return False
+            slot.programs[slot.places[build] - 1].traced.take_contents(new[0].program)
+            slot.places[wanted] = slot.places.pop(build)
+            return True
+        if isinstance(old, Textured) and isinstance(new[0], Textured):
+            return carry(old.texture, new[0].texture)
+        return False

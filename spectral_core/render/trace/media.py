@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Media that fill objects and the space around them: how far light flies, where it scatters, what glows on its way.
+
+A medium is a number, 0 for empty space. Distances are drawn by scattering alone and absorption is counted on the way,
+so that nothing is lost in a medium that only absorbs. A way between wavelengths is weighed against all of them
+(Wilkie et al. 2014, "Hero wavelength spectral sampling").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.render.trace.subsurface import scattering
+
+FARTHEST = 1e12
+"""Length that a way through a medium without end counts as."""
+ONLY_BORDER = 1 << 16
+"""Bit of an object that has no surface: passing it is passing nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MediumRow:
+    """One medium: textures of what it scatters, absorbs and glows per unit of length, and its phase function.
+
+    ``lobes``: (n, 3) of weight, g and α: the sum of Draine's phase functions, which are Henyey and Greenstein's at α 0.
+    """
+
+    scattering: Any
+    absorption: Any
+    glow: Any | None
+    lobes: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """What became of rays on their way to the next surface: whether they scatter before it, after which distance, the
+    factor on their light, and what glows on the whole way.
+    """
+
+    scatters: Any
+    distance: Any
+    weight: Any
+    glow: Any
+
+
+class Media:
+    """All media of a scene.
+
+    ``inside``: by the number of a shape the medium that it holds, and ``ONLY_BORDER``. ``around``: the medium of all
+    space; ``camera``: the one at the camera.
+    """
+
+    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, around: int, camera: int) -> None:
+        import drjit as dr
+
+        self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
+        self.around, self.camera = (dr.opaque(mitsuba.UInt32, number) for number in (around, camera))
+        self._lobes = max(len(row.lobes) for row in rows)
+        table = np.zeros((len(rows) + 1, self._lobes, 3), np.float32)
+        # Row 0 is empty space: one isotropic lobe, so that no lookup needs a case for it.
+        table[0, 0, 0] = 1.0
+        for number, row in enumerate(rows, 1):
+            table[number, : len(row.lobes)] = row.lobes
+        self._table = mitsuba.Float(np.ascontiguousarray(table.ravel()))
+        self.glows = any(row.glow is not None for row in rows)
+
+    def coefficients(self, medium: Any, wavelengths: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Scattering, absorption and glow per unit of length."""
+        mi, dr = self._mi, self._dr
+        place = dr.zeros(mi.SurfaceInteraction3f)
+        # Media are homogeneous: their textures are read anywhere, at the path's wavelengths.
+        place.wavelengths = wavelengths
+        scatters, absorbs, glow = mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0)
+        for number, row in enumerate(self._rows, 1):
+            here = active & (medium == number)
+            scatters = dr.select(here, row.scattering.eval(place, here), scatters)
+            absorbs = dr.select(here, row.absorption.eval(place, here), absorbs)
+            if row.glow is not None:
+                glow = dr.select(here, row.glow.eval(place, here), glow)
+        return scatters, absorbs, glow
+
+    def fly(self, path: Any, reach: Any, sampler: Any, active: Any) -> Flight:
+        """The way of a path's ray to what it meets at a distance ``reach``."""
+        mi, dr = self._mi, self._dr
+        inside = active & (path.medium != 0)
+        reach = dr.minimum(reach, FARTHEST)
+        scatters, absorbs, glow = self.coefficients(path.medium, path.ray.wavelengths, inside)
+        # A wavelength is chosen by what it still can bring: the brightest one draws the distance most often.
+        share = dr.abs(path.throughput * scatters)
+        total = dr.sum(share)
+        channels = dr.size_v(mi.Spectrum)
+        share = dr.select(total > 0.0, share / dr.maximum(total, 1e-30), 1.0 / channels)
+        pick, place = sampler.next_1d(), sampler.next_1d()
+        chosen, below = scatters[0], share[0]
+        for k in range(1, channels):
+            chosen = dr.select(pick >= below, scatters[k], chosen)
+            below = below + share[k]
+        # A wavelength that does not scatter never collides; its distance is beyond everything.
+        drawn = dr.select(chosen > 0.0, -dr.log(1.0 - place) / dr.maximum(chosen, 1e-30), FARTHEST)
+        collides = inside & (drawn < reach)
+        distance = dr.minimum(drawn, reach)
+        event = dr.select(collides, scatters, mi.Spectrum(1.0))
+        # Balance heuristic over wavelengths: the density with which any of them would have drawn this event.
+        density = dr.sum(share * event * dr.exp(-scatters * distance))
+        extinction = scatters + absorbs
+        gained = event * dr.exp(-extinction * distance) / dr.maximum(density, 1e-30)
+        weight = dr.select(inside, dr.select(density > 0.0, gained, 0.0), 1.0)
+        brought = mi.Spectrum(0.0)
+        if self.glows:
+            # Glow is integrated along the whole way, scattered or not, so it adds no noise.
+            depth = extinction * reach
+            # (1 - exp(-x)) / x, by its series where that cancels
+            mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
+            brought = dr.select(inside, glow * reach * mean, 0.0)
+        return Flight(collides, distance, weight, brought)
+
+    def clear(self, medium: Any, length: Any, wavelengths: Any, active: Any) -> Any:
+        """Share of light that a way through a medium lets pass."""
+        dr = self._dr
+        scatters, absorbs, _ = self.coefficients(medium, wavelengths, active)
+        passes = dr.exp(-(scatters + absorbs) * dr.minimum(length, FARTHEST))
+        return dr.select(active & (medium != 0), passes, 1.0)
+
+    def crossed(self, before: tuple[Any, Any], shape: Any, si: Any, ways: tuple[Any, Any], active: Any) -> Any:
+        """Medium, and the one around it, after a ray has met a shape.
+
+        ``before``: both as they were; ``ways``: directions of the ray to the shape and away from it.
+        """
+        mi, dr = self._mi, self._dr
+        medium, outer = before
+        inside = self.inside(shape, active)
+        to, away = (dr.dot(si.n, way) for way in ways)
+        # A reflection stays on its side: only a way that goes on through the surface changes the medium.
+        through = active & (inside != 0) & (to * away > 0.0)
+        enters, leaves = through & (away < 0.0), through & (away > 0.0)
+        own = leaves & (medium == inside)
+        after = dr.select(enters, inside, dr.select(own, outer, medium))
+        # of media inside of each other two are known, as a bottle with its drink has them
+        around = dr.select(enters, medium, dr.select(own, self.around, outer))
+        return mi.UInt32(after), mi.UInt32(around)
+
+    def inside(self, shape: Any, active: Any) -> Any:
+        """The medium that a shape holds."""
+        return self._bits(shape, active) & (ONLY_BORDER - 1)
+
+    def is_border(self, shape: Any, active: Any) -> Any:
+        """Whether a shape is nothing but the border of a medium."""
+        return (self._bits(shape, active) & ONLY_BORDER) != 0
+
+    def _bits(self, shape: Any, active: Any) -> Any:
+        mi, dr = self._mi, self._dr
+        if self._inside is None:
+            return mi.UInt32(0)
+        known = active & (shape < dr.opaque(mi.UInt32, dr.width(self._inside)))
+        return dr.select(known, dr.gather(mi.UInt32, self._inside, shape, known), 0)
+
+    def _lobe(self, medium: Any, k: int, active: Any) -> tuple[Any, Any, Any]:
+        mi, dr = self._mi, self._dr
+        start = (medium * self._lobes + k) * 3
+        return tuple(dr.gather(mi.Float, self._table, start + part, active) for part in range(3))
+
+    def phase(self, medium: Any, cosine: Any, active: Any) -> tuple[Any, Any]:
+        """Value of the phase function at an angle to the way ahead, and the density of ``turned`` there."""
+        mi, dr = self._mi, self._dr
+        value, density = mi.Float(0.0), mi.Float(0.0)
+        for k in range(self._lobes):
+            weight, g, alpha = self._lobe(medium, k, active)
+            square = g * g
+            base = (1.0 - square) / (4.0 * dr.pi)
+            # At g near 1 and straight ahead the denominator vanishes in single precision.
+            bend = dr.maximum(1.0 + square - 2.0 * g * cosine, 1e-9)
+            plain = weight * base / (bend * dr.sqrt(bend))
+            density += plain
+            value += plain * (1.0 + alpha * cosine * cosine) / (1.0 + alpha * (1.0 + 2.0 * square) / 3.0)
+        return value, density
+
+    def turned(self, medium: Any, ahead: Any, draws: tuple[Any, Any], active: Any) -> tuple[Any, Any, Any]:
+        """A direction after scattering, its density and the factor on its light; ``draws``: one number and two."""
+        mi, dr = self._mi, self._dr
+        pick, sample = draws
+        _, chosen, _ = self._lobe(medium, 0, active)
+        below = self._lobe(medium, 0, active)[0]
+        for k in range(1, self._lobes):
+            weight, g, _ = self._lobe(medium, k, active)
+            chosen = dr.select(pick >= below, g, chosen)
+            below += weight
+        # Directions are drawn by Henyey and Greenstein alone; Draine's factor, of mean 1, becomes a weight.
+        local = scattering(mi, dr, chosen, sample)
+        value, density = self.phase(medium, local.z, active)
+        return mi.Frame3f(ahead).to_world(local), density, value / dr.maximum(density, 1e-20)

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion blur of Blender's scenes: what moves, what is kept still, and when the shutter is open."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+@pytest.fixture
+def moments(build):
+    """The scene's moments, by the evaluated depsgraph; the frame must be what it was."""
+
+    def run():
+        from blender_addon.translate.camera.motion import with_motion
+        from blender_addon.translate.scene import translate_scene
+
+        scene = bpy.context.scene
+        if scene.camera is None:
+            build.camera()
+        scene.frame_set(1)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        plain = translate_scene(depsgraph, is_moving=True)
+        found = with_motion(plain, depsgraph, None, lambda frame, part: scene.frame_set(frame, subframe=part))
+        assert (scene.frame_current, scene.frame_subframe) == (1, 0.0)
+        return found
+
+    bpy.context.scene.render.use_motion_blur = True
+    bpy.context.scene.render.motion_blur_shutter = 1.0
+    return run
+
+
+def fly(thing, distance=2.0):
+    """From x = 0 at frame 0 to ``distance`` at frame 2, at an even speed."""
+    for frame, x in ((0, 0.0), (2, distance)):
+        thing.location.x = x
+        thing.keyframe_insert("location", frame=frame)
+    bags = getattr(thing.animation_data.action, "fcurves", None)
+    if bags is None:  # actions are layered from Blender 5.0 on
+        bags = thing.animation_data.action.layers[0].strips[0].channelbags[0].fcurves
+    for curve in bags:
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+
+
+def places(scene, name):
+    return np.array([
+        {item.name: item for item in scene.at(moment).instances}[name].world_from_object[0, 3]
+        for moment in scene.moments
+    ])  # fmt: skip
+
+
+@pytest.mark.parametrize(("position", "first"), [("START", 1.0), ("CENTER", 0.5), ("END", 0.0)])
+def test_the_shutter_opens_when_the_settings_say(build, moments, position, first):
+    fly(build.plane())
+    bpy.context.scene.render.motion_blur_position = position
+    scene = moments()
+    count = len(scene.moments)
+    assert count >= 8 and np.allclose(places(scene, "Plane"), first + (np.arange(count) + 0.5) / count, atol=0.02)
+
+
+def test_what_stands_still_has_no_moments(build, moments):
+    build.plane()
+    assert moments().moments == ()
+
+
+def test_an_object_that_is_kept_still_stays(build, moments):
+    thing, other = build.plane(), build.plane("Other")
+    fly(thing)
+    fly(other)
+    thing.cycles.use_motion_blur = False
+    scene = moments()
+    assert np.ptp(places(scene, "Plane")) == 0 and np.ptp(places(scene, "Other")) > 0.5
+
+
+def test_a_camera_moves_and_a_lamp_stands_still(build, moments):
+    build.plane()
+    lamp = build.light("POINT")
+    fly(lamp)
+    assert moments().moments == ()
+    build.camera()
+    fly(bpy.context.scene.camera)
+    scene = moments()
+    assert np.ptp([moment.camera.world_from_camera[0, 3] for moment in scene.moments]) > 0.5
+
+
+def test_a_mesh_that_changes_its_shape(build, moments):
+    thing = build.plane()
+    thing.shape_key_add(name="Basis")
+    key = thing.shape_key_add(name="Wide")
+    for point in key.data:
+        point.co.x *= 3
+    for frame, value in ((0, 0.0), (2, 1.0)):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    scene = moments()
+    widths = [np.ptp(scene.at(moment).meshes[0].positions[:, 0]) for moment in scene.moments]
+    assert np.all(np.diff(widths) > 0)
+    thing.cycles.use_deform_motion = False
+    assert moments().moments == ()
+
+
+def test_a_shutter_curve_weighs_the_time(build, moments):
+    from blender_addon.translate.camera.motion import instants
+
+    curve = bpy.context.scene.render.motion_blur_shutter_curve
+    for point, height in zip(curve.curves[0].points, (1.0, 1.0), strict=False):
+        point.location.y = height
+    curve.update()
+    assert np.allclose(instants(bpy.context.scene.render, 4), [0.125, 0.375, 0.625, 0.875], atol=0.01)
+    first, last = curve.curves[0].points[0], curve.curves[0].points[-1]
+    first.location, last.location = (0.0, 0.0), (1.0, 1.0)
+    for point in (first, last):
+        point.handle_type = "VECTOR"
+    curve.update()
+    assert instants(bpy.context.scene.render, 4).mean() > 0.55

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Normal maps as they are translated from Blender."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("bpy")
+
+
+def test_a_normal_map_names_its_uv_map_only_where_another_one_renders(build, translate):
+    import bpy
+
+    from blender_addon import compat
+
+    build.camera()
+    material = bpy.data.materials.new("Bumpy")
+    tree = compat.use_nodes(material)
+    node = tree.nodes.new("ShaderNodeNormalMap")
+    node.uv_map = "First"
+    principled = next(each for each in tree.nodes if each.type == "BSDF_PRINCIPLED")
+    tree.links.new(node.outputs[0], principled.inputs["Normal"])
+    data = bpy.data.meshes.new("Square")
+    data.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2, 3)])
+    first, second = data.uv_layers.new(name="First"), data.uv_layers.new(name="Second")
+    data.materials.append(material)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Square", data))
+
+    def notes():
+        return [note.message for note in translate().notes if "tangents" in note.message]
+
+    first.active_render = True
+    assert notes() == []
+    second.active_render = True
+    assert len(notes()) == 1

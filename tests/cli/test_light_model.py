@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command that compares light models: its figures against the library's, and what it writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core.cli import main
+from spectral_core.spectra import catalogue, observer
+from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.observer import xyz_from_product
+from spectral_core.spectra.spectrum import SpectralGrid
+
+
+def printed(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, float]]:
+    return json.loads(capsys.readouterr().out.splitlines()[-1])["models"]
+
+
+def test_errors_are_as_known_of_each_model(capsys) -> None:
+    """Nodes of the surfaces are exact, eight natural nodes under ΔE 1, RGB far off under a sodium lamp."""
+    assert main(["light-model", "--light", "HP1", "--json"]) == 0
+    models = printed(capsys)
+    assert models["nodes of the surfaces"]["largest"] < 1e-6
+    assert models["8 nodes"]["mean"] < 1 < 5 < models["RGB under D65"]["mean"]
+    assert models["8 nodes"]["mean"] < models["6 nodes"]["mean"]
+
+
+def test_what_is_written_gives_the_colors_of_surfaces_from_a_file(tmp_path: Path) -> None:
+    red, gray = catalogue.reflectance("red"), catalogue.reflectance("neutral 5 (.70 D)")
+    write_spectra(tmp_path / "mine.csv", [red, gray])
+    out = tmp_path / "model.json"
+    words = ["light-model", "--surface", f"{tmp_path / 'mine.csv'}@red", "--light", "A", "--out", str(out)]
+    assert main([*words, "--keep", "nodes of the surfaces"]) == 0
+    model = json.loads(out.read_text("utf-8"))
+    shown = np.array(model["linear_rgb_from_coefficients"]["A"]) @ model["surfaces"]["red"]
+    grid = SpectralGrid(model["wavelengths_nm"])
+    light = observer.normalized(catalogue.illuminant("A"))
+    exact = RGB_FROM_XYZ @ xyz_from_product(light, grid) @ red.at(grid.wavelengths_nm)
+    np.testing.assert_allclose(shown, exact, atol=1e-9)
+
+
+def test_a_model_and_a_file_that_are_not_known_are_named(tmp_path: Path, capsys) -> None:
+    assert main(["light-model", "--keep", "11 nodes"]) == 1
+    assert "did you mean '9 nodes'" in capsys.readouterr().err
+    write_spectra(tmp_path / "mine.csv", [catalogue.reflectance("red"), catalogue.reflectance("green")])
+    assert main(["light-model", "--surface", str(tmp_path / "mine.csv")]) == 1
+    assert "holds 2 spectra" in capsys.readouterr().err

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion blur: the picture is the mean of its moments, and the samples are shared out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import render_scene
+from spectral_core.render.moving import in_order, shares
+from spectral_core.scene import Emission, Film, Instance, Material, Moment, World, gray
+from tests.render.scenes import lit_plane, looking_down, matrix, plane
+
+pytest.importorskip("mitsuba")
+
+
+def moving(samples=8):
+    """A glowing square that hops from left to right, its camera standing still."""
+    base = lit_plane(camera=looking_down(4.0, 1.0), film=Film(16, 8, samples=samples), world=World(gray(0.0)))
+    glow = Instance("glow", "small", matrix((-0.5, 0, 1)), ("lamp",))
+    scene = replace(
+        base,
+        meshes=(*base.meshes, plane(0.3, "small")),
+        materials=(*base.materials, Material("lamp", Emission(gray(1.0), 2.0))),
+        instances=(glow,),
+    )
+    right = replace(glow, world_from_object=matrix((0.5, 0, 1)))
+    return replace(scene, moments=(Moment(scene.camera), Moment(scene.camera, (right,))))
+
+
+def test_a_picture_is_the_mean_of_its_moments():
+    scene = moving(256)
+    result = render_scene(scene)
+    stills = [render_scene(scene.at(moment)).pixels for moment in scene.moments]
+    assert result.samples == 256 and result.status == "done"
+    # a square that glows shows no noise but at its edges
+    assert np.abs(result.pixels - np.mean(stills, axis=0))[..., :3].mean() < 0.03 * result.pixels[..., :3].mean()
+    assert np.isclose(result.pixels[4, 5, 0], result.pixels[4, 10, 0], atol=0.1)
+
+
+def test_progress_counts_all_samples_and_a_stop_keeps_the_picture():
+    seen = []
+    render_scene(moving(), on_progress=seen.append)
+    assert [item.samples for item in seen] == sorted(item.samples for item in seen)
+    assert seen[-1].samples == seen[-1].total == 8
+    calls = iter(range(1000))
+    stopped = render_scene(moving(), should_stop=lambda: next(calls) > 1)
+    assert stopped.status == "cancelled" and 0 < stopped.samples < 8 and stopped.pixels.any()
+
+
+def test_what_motion_leaves_out_is_said():
+    scene = moving()
+    asked = replace(scene, settings=replace(scene.settings, target_error=1.0, denoise=True))
+    subjects = {note.subject for note in render_scene(asked).notes}
+    assert {"Motion blur", "Denoising"} <= subjects
+
+
+@pytest.mark.parametrize(("samples", "moments"), [(64, 16), (65, 16), (7, 8), (1, 3)])
+def test_samples_are_shared_out(samples, moments):
+    counts = shares(samples, moments)
+    assert len(counts) == moments and min(counts) >= 1 and max(counts) - min(counts) <= 1
+    assert sum(counts) == max(samples, moments)
+
+
+@pytest.mark.parametrize("count", [1, 2, 8, 13])
+def test_the_first_moments_spread_over_the_whole_time(count):
+    moments = tuple(Moment(looking_down(1.0 + k)) for k in range(count))
+    order = in_order(moments)
+    assert set(order) == set(moments)
+    if count >= 8:
+        heights = [moment.camera.world_from_camera[2, 3] for moment in order[:2]]
+        assert abs(heights[0] - heights[1]) >= count / 2
