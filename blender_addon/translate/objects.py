@@ -140,7 +140,8 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     override = overridden(found.translation.depsgraph, "material_override")
     materials = [_translated(found, override or material) for material in _materials(obj)]
     reads = frozenset().union(*(item.reads for item in materials))
-    mesh = _mesh(found, obj, reads, instance)
+    shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
+    mesh = _mesh(found, obj, reads | shows_uv, instance)
     if mesh is None:
         return
     name, original = found.unique("instance", obj.name_full), obj.original
@@ -159,6 +160,8 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
         "attributes": object_attributes(obj, instance, reads),
+        "shown_as": obj.name,
+        "asset": _root(original).name,
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
@@ -186,6 +189,13 @@ def _instance(
         found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
+
+
+def _root(obj: Any) -> Any:
+    """The parent of parents of an object, itself where it has none: what a cryptomatte of assets names."""
+    while obj.parent is not None:
+        obj = obj.parent
+    return obj
 
 
 def _random(obj: Any, instance: Any) -> float:

@@ -26,6 +26,7 @@ from spectral_core.scene.lights import (
 )
 from spectral_core.scene.motion import Moment
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
@@ -77,12 +78,14 @@ __all__ = [
     "Material",
     "Mesh",
     "Metal",
+    "Mist",
     "MixSurface",
     "MixedPaint",
     "Moment",
     "Note",
     "Paint",
     "Panorama",
+    "Passes",
     "Photometry",
     "PointLight",
     "Principled",

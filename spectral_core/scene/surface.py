@@ -192,7 +192,7 @@ class MixSurface(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddSurface:
-    """Both at once: the sum of what they scatter and emit."""
+    """Both surfaces at once: their scattered and emitted light is added."""
 
     first: Surface
     second: Surface
@@ -247,8 +247,13 @@ class ScatteringMedium(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows."""
+    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows.
+
+    ``index``: number for the pass Material Index. ``outputs``: what it writes to AOVs, by their name.
+    """
 
     name: str
     surface: Surface | None = field(default_factory=Diffuse)
     medium: ScatteringMedium | None = None
+    index: int = 0
+    outputs: tuple[tuple[str, Paint | Scalar], ...] = ()
