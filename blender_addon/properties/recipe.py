@@ -82,6 +82,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         description="How far light spreads in the paper (Yule and Nielsen)",
     )
     text: StringProperty(description="The recipe, one line each")
+    found_kind: StringProperty(description="What the recipe mixes")
     met: BoolProperty(description="Whether all that was asked is met")
     spectrum: StringProperty(description="What the recipe makes, as JSON")
 
