@@ -21,7 +21,7 @@ FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", "
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
     _blend.add_accuracy_arguments(parser)
     parser.add_argument(
@@ -162,7 +162,7 @@ def _tick(scene: Any, names: list[str]) -> None:
 
 
 def _bands(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the renderer is asked to measure beside the picture."""
+    """Spectral channels to measure beside the picture."""
     from spectral_core.render import Bands
 
     return {} if arguments.bands is None else {"bands": Bands.uniform(count=arguments.bands)}

@@ -79,7 +79,7 @@ def _cost_row(layout: UILayout, cells: tuple[str, ...]) -> UILayout:
 
 
 def _draw_outcome(layout: UILayout, context: Context) -> None:
-    """What the last render was expected to reach, and what it reached."""
+    """Prediction and outcome of the last render."""
     result = next((entry.result for entry in reversed(jobs.records) if entry.result is not None), None)
     if result is not None and result.denoised:
         done = layout.column()

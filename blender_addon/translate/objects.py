@@ -156,7 +156,8 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "group": original.lightgroup,  # Blender does not tell the evaluated copy of a change
         "hidden_from": hidden,
         "is_holdout": is_holdout,
-        "color": tuple(obj.color),
+        # Cycles shows of an instance the color of what instances it
+        "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
         "attributes": object_attributes(obj, instance, reads),
         "shown_as": obj.name,

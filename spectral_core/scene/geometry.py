@@ -36,7 +36,7 @@ class Mesh:
 
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
     None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
-    ``attributes``: what programs read per vertex. Corners that differ in any of these are separate vertices.
+    ``attributes``: data per vertex for shading programs. Corners that differ in any of these are separate vertices.
     """
 
     name: str

@@ -62,7 +62,7 @@ def has_holes(scene: Any) -> bool:
 
 
 def leaves(surface: Surface | None) -> Iterator[Closure]:
-    """Every closure that a surface is mixed and added from, whatever its weight."""
+    """Every closure in a surface's mixes and sums, also those of weight 0."""
     stack = [surface]
     while stack:
         item = stack.pop()
@@ -100,12 +100,12 @@ def programs_of(surface: Surface | None) -> Iterator[Program]:
 
 
 def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
-    """What a surface reads of its mesh: ``"uv"`` for its images, and each input of its programs."""
+    """Inputs that a surface reads from its mesh: ``"uv"`` for its images, and those of its programs."""
     return inputs_of(values_of(surface))
 
 
 def inputs_of(values: Iterable[Any]) -> frozenset[str]:
-    """What colors and numbers read of a mesh: ``"uv"`` for images, and each input of programs."""
+    """Inputs that colors and numbers read from a mesh: ``"uv"`` for images, and those of programs."""
     simple = list(_parts(values))
     images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in simple)
     names = (name for value in simple if isinstance(value, Computed) for name in value.program.inputs)
@@ -113,7 +113,7 @@ def inputs_of(values: Iterable[Any]) -> frozenset[str]:
 
 
 def simple_values_of(surface: Surface | None) -> Iterator[Any]:
-    """``values_of`` with each mixed paint divided into what it mixes."""
+    """``values_of`` with each mixed paint divided into its parts."""
     return _parts(values_of(surface))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as a whole, what a translation has to say about it, and its hash."""
+"""The whole scene, the notes of its translation, and its hash."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """What the artist decided; ``None`` leaves the decision to the plan.
+    """Decisions of the artist; ``None`` leaves a decision to the plan.
 
     ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
     plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.

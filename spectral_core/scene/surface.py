@@ -192,7 +192,7 @@ class MixSurface(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddSurface:
-    """Both at once: the sum of what they scatter and emit."""
+    """Both surfaces at once: their scattered and emitted light is added."""
 
     first: Surface
     second: Surface
