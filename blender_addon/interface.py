@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist sees and the file stores, in the order in which Blender must learn of it.
+"""Modules that Blender must register, in this order: properties, live editing, operators, drawing, panels.
 
 A new panel, operator or property group is one file with ``register()`` and ``unregister()``, and its name here.
 """

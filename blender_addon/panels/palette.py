@@ -28,7 +28,7 @@ CONFLICTS_SHOWN = 2
 
 
 def draw_palette(layout: UILayout, context: Context) -> None:
-    """Start, table, status, and what to do with it."""
+    """Start, table, status, and actions."""
     palette = context.scene.spectral.palette
     if not len(palette.lights) and not len(palette.materials):
         _draw_welcome(layout, context)
@@ -90,7 +90,7 @@ def _draw_welcome(layout: UILayout, context: Context) -> None:
 
 
 def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """How the last solve ended, in words, and what would help."""
+    """Status of the last solve in words, and its remedy."""
     if palette.message:
         column = layout.column()
         column.alert = True
@@ -114,7 +114,7 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """What would help; below the table, so that the table keeps its place while colors are dragged."""
+    """The remedy, below the table, so that the table keeps its place while colors are dragged."""
     if palette.message or palette.is_stale or not palette.remedy:
         return
     for conflict in palette.conflicts[:CONFLICTS_SHOWN]:

@@ -184,7 +184,7 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
 
 
 class SpectralPaletteConflict(bpy.types.PropertyGroup):
-    """A cell that misses its target, and what would help."""
+    """A cell that misses its target, and its remedy."""
 
     material_uid: IntProperty()
     light_uid: IntProperty()

@@ -10,7 +10,7 @@ from spectral_core.checks import require_range
 
 
 class Rays(IntFlag):
-    """What a ray is, by how it left the last surface; straight through a transparent one it stays what it was."""
+    """Kind of a ray, given by how it left the last surface; a transparent surface does not change it."""
 
     NONE = 0
     CAMERA = 1
@@ -50,13 +50,6 @@ class LightPaths:
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
         for name in ("clamp_direct", "clamp_indirect"):
             require_range(name, getattr(self, name), 0.0, 1e30)
-
-    @property
-    def is_tight(self) -> bool:
-        """Whether they cut off more than Blender's own defaults do, which is what shows."""
-        few = self.diffuse < 4 or self.glossy < 4 or self.transmission < 12 or self.transparent < 8
-        dimmed = self.clamp_direct > 0 or 0 < self.clamp_indirect < 10
-        return few or dimmed or not (self.reflective_caustics and self.refractive_caustics)
 
 
 UNLIMITED_PATHS = LightPaths()

@@ -21,7 +21,7 @@ _last: dict[int, PaletteSolution] = {}
 
 
 def solve_scene(scene: Scene) -> PaletteSolution | None:
-    """Solve from the start, whatever it takes; None where the table cannot be solved, and ``message`` says why."""
+    """Solve from the start without a time limit; None if the table cannot be solved (``message`` says why)."""
     return _solve(scene, lambda problem: solver_of(scene.spectral.palette)(problem))
 
 

@@ -32,7 +32,7 @@ class Rows:
     light_slopes: Array
     """(m, 3, n): color by light where the reflectance is given; 0 elsewhere."""
     metric: Array
-    """(m, 3, 3): what a row's color is multiplied by."""
+    """(m, 3, 3): factor of each row's color."""
     targets: Array
     """(m, 3), already in the metric."""
     ties: Array
