@@ -151,7 +151,11 @@ class Slot:
         import drjit as dr
 
         targets = [lambda start, si, active, read=read: read(buffers, start, si, active) for read in self.programs]
-        found = targets[0](start, si, active) if len(targets) == 1 else dr.switch(code, targets, start, si, active)
+        found = (
+            targets[0](start, si, active)
+            if len(targets) == 1
+            else dr.switch(code, targets, start, si, active, label=self.kind)
+        )
         if self.kind != "color":
             return found
         rgb = dr.clip(found, 0.0, 1.0)
@@ -164,7 +168,11 @@ class Slot:
         targets = [
             lambda start, si, active, texture=texture: getattr(texture, name)(si, active) for texture in self.textures
         ]
-        return targets[0](start, si, active) if len(targets) == 1 else dr.switch(code, targets, start, si, active)
+        return (
+            targets[0](start, si, active)
+            if len(targets) == 1
+            else dr.switch(code, targets, start, si, active, label=self.kind)
+        )
 
 
 def build_of(source: Source) -> Any:
