@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What differs between Blender 4.3, 5.0 and 5.2, asked of Blender itself: no version number is compared here."""
+"""Differences between Blender 4.3, 5.0 and 5.2, found by asking Blender itself: no version number is compared."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def use_nodes(owner: Any) -> Any:
 
 
 def is_editable(block: Any) -> bool:
-    """Whether what this extension stores on a data-block is kept: it is neither linked nor an override."""
+    """Whether a data-block keeps this extension's properties: it is neither linked nor an override."""
     return block.library is None and block.override_library is None
 
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import RenderCancelled, SpectralError
 from spectral_core.render import Progress, RenderResult
-from spectral_core.scene import Note, Scene
+from spectral_core.scene import Note, Scene, has_holes
 
 from . import jobs
 from .translate.camera.motion import with_motion
 from .translate.frames import rigid
-from .translate.passes import pass_notes
+from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, slots_of
 from .translate.scene import translate_scene
 from .translate.viewport.look import look_of, preview_scene
 from .viewport import Viewport, shown_from_rgb, working_from_rgb
@@ -96,6 +96,13 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             traceback.print_exc()
             self._fail(frame, layer, f"the render failed unexpectedly ({type(error).__name__}: {error})")
 
+    def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
+        """Blender asks which passes there will be: for the compositor's sockets, and to make room for them."""
+        self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
+        wanted = passes_of(scene, renderlayer)
+        for slot in [] if wanted is None else slots_of(wanted):
+            self.register_pass(scene, renderlayer, slot.name, len(slot.letters), slot.letters, slot.kind)
+
     def _render_preview(self, depsgraph: Any) -> None:
         """A picture of a material, light or world for an icon or a panel: few samples, and no word of what it lacks."""
         layer = depsgraph.view_layer_eval.name
@@ -115,7 +122,12 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self.update_stats("", "Translating the scene")
         scene = translate_scene(depsgraph, camera=self.camera_override, is_moving=True)
         scene = with_motion(scene, depsgraph, self.camera_override, self._set_frame)
-        scene = replace(scene, notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)))
+        passes = passes_of(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        scene = replace(
+            scene,
+            notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)),
+            settings=replace(scene.settings, passes=passes),
+        )
         look = look_of(depsgraph.scene.spectral.viewport.look, depsgraph.scene)
         if not look.is_plain:
             text = "it is rendered under a light of the Look panel; choose As It Is there for its own lamps"
@@ -127,9 +139,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             if self._should_stop():
                 raise RenderCancelled("stopped before the first sample")
             self.update_stats("", "Starting the renderer")
-            place = _Place(
-                depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), scene.film.transparent
-            )
+            place = _Place(depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), has_holes(scene))
             result = self._render_view(self._seen_from(scene, depsgraph, view), place, wanted.options)
             if result.status == "cancelled":
                 break
@@ -142,7 +152,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}")
 
         result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
-        self._write(result.pixels, place, result.header)
+        header = result.header | cryptomatte_header(scene, place.layer)
+        self._write(result.pixels, place, header, result.passes)
         return result
 
     def _set_frame(self, frame: int, subframe: float) -> None:
@@ -181,15 +192,19 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         ]
         return replace(seen, moments=tuple(moments))
 
-    def _write(self, pixels: NDArray[np.float32], place: _Place, header: dict[str, str] | None = None) -> None:
+    def _write(
+        self,
+        pixels: NDArray[np.float32],
+        place: _Place,
+        header: dict[str, str] | None = None,
+        passes: dict[str, NDArray[np.float32]] | None = None,
+    ) -> None:
         """Show the picture so far, in Blender's scene-linear space, alpha associated.
 
-        ``header``: what files with the finished picture say about it.
+        ``header``: what files with the finished picture say about it. ``passes``: what it comes with.
         """
         height, width = pixels.shape[:2]
         result = self.begin_result(0, 0, width, height, layer=place.layer, view=place.view)
-        for name, text in (header or {}).items():
-            result.stamp_data_add_field(name, text)
         combined = result.layers[0].passes.find_by_name("Combined", place.view) if result.layers else None
         if combined is not None:
             shown = np.array(pixels, dtype=np.float32)
@@ -198,7 +213,13 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             if not place.transparent:
                 shown[..., 3] = 1.0
             combined.rect.foreach_set(shown.ravel())
+        if passes and result.layers:
+            fill_passes(result.layers[0].passes, passes, place.view, place.working_from_rgb)
+        for name, text in (header or {}).items():
+            result.stamp_data_add_field(name, text)
         self.end_result(result)
+        for name, text in (header or {}).items():  # of several layers only the whole result's reaches the file
+            self.get_result().stamp_data_add_field(name, text)
         self.has_result = True
 
     def _tell(self, result: RenderResult) -> None:
@@ -234,7 +255,8 @@ def _clock(seconds: float) -> str:
 EEVEE_PANELS = (
     "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "DATA_PT_EEVEE_light", "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_volume", "EEVEE_WORLD_PT_surface", "NODE_DATA_PT_EEVEE_light",
-    "RENDER_PT_eevee_film",
+    "RENDER_PT_eevee_film", "VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_layer_passes_aov",
+    "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_lightgroups",
 )  # fmt: skip
 
 

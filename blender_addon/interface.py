@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist sees and the file stores, in the order in which Blender must learn of it.
+"""Modules that Blender must register, in this order: properties, live editing, operators, drawing, panels.
 
 A new panel, operator or property group is one file with ``register()`` and ``unregister()``, and its name here.
 """
@@ -15,8 +15,8 @@ FEATURES = {
         "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
-        "viewport.session", "spectrum", "texture", "palette.live", "dial.live", "dial.changes", "board.live", "sweep",
-        "texture_job",
+        "viewport.session", "spectrum", "texture", "palette.live", "palette.picture", "dial.live", "dial.changes",
+        "board.live", "sweep", "texture_job",
     ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",

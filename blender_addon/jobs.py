@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders under way and what became of them: the renderer's process, and a record that outlives the render.
+"""Running renders and their outcomes: the renderer's process, and a record that outlives the render.
 
 Blender does not tell a script whether a render failed (in an animation it even goes on), so every render leaves a
 ``RenderRecord``; batches read these instead of an operator's answer.
@@ -23,7 +23,7 @@ from spectral_core.scene import Note, Scene
 
 @dataclass(frozen=True)
 class RenderRecord:
-    """What became of one view layer of one frame. ``message``: the error's text, "" where there was none."""
+    """Outcome of one view layer of one frame. ``message``: the error's text, "" where there was none."""
 
     frame: int
     view_layer: str
@@ -37,7 +37,7 @@ class RenderRecord:
 
 @dataclass(frozen=True)
 class RenderRequest:
-    """What a script wants of the renders that it starts, beyond what F12 does.
+    """Options of a script for the renders that it starts, beyond those of F12.
 
     ``options``: passed on to the renderer. ``translated``: sees each scene before it is rendered, and may change it or
     raise RenderCancelled to leave it at that.
@@ -62,7 +62,7 @@ def request(wanted: RenderRequest) -> Iterator[None]:
 
 
 def current_request() -> RenderRequest:
-    """What the render under way was started with."""
+    """Options of the running render."""
     return _request
 
 
@@ -72,7 +72,7 @@ MOST_RECORDS = 1000
 
 
 def record(entry: RenderRecord) -> None:
-    """Keep what became of a render."""
+    """Keep the outcome of a render."""
     if records:
         records[-1] = replace(records[-1], result=None)
     records.append(entry)
@@ -122,7 +122,7 @@ def render(
 
 
 def missing_denoiser() -> str:
-    """What to install before a render can be denoised, as a sentence; "" where it is there."""
+    """Sentence that says what to install for denoising; "" if it is installed."""
     text = "" if is_installed() else how_to_install()
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 

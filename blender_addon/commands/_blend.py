@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What commands on a .blend file share: a Blender without a window, the file in it, the arguments that change it."""
+"""Shared by commands on a .blend file: Blender without a window, the open file, and arguments that change it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from spectral_core.scene import Scene
 
 
 def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments that stand for settings of the file."""
+    """Arguments that replace settings of the file."""
     parser.add_argument("scene", type=Path, metavar="SCENE.blend", help="the file to read; it is not changed")
     parser.add_argument("--samples", type=int, metavar="N", help="light paths per pixel, instead of the file's")
     parser.add_argument("--seed", type=int, metavar="N", help="start of the random numbers, instead of the file's")
@@ -45,7 +45,7 @@ def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
 def open_scene(arguments: argparse.Namespace) -> Any:
     """Open the file and set the engine and the arguments; returns ``bpy.context.scene``.
 
-    Raises MissingDependencyError without Blender's Python module, FileFormatError for what is no .blend file.
+    Raises MissingDependencyError without Blender's Python module, FileFormatError if the file is no .blend file.
     """
     path = arguments.scene.expanduser().resolve()
     if not path.is_file():
@@ -111,7 +111,7 @@ def _bpy() -> Any:
 
 
 def missing_files() -> list[str]:
-    """Notes on linked libraries that were not found: what came from them is missing in the picture."""
+    """Notes on linked libraries that were not found; their objects are missing in the picture."""
     import bpy
 
     return [
@@ -127,14 +127,14 @@ def with_variant(scene: Scene, variant: str | None) -> Scene:
 
 
 def blender_message(error: RuntimeError) -> str:
-    """What an operator's error says, without the word Error and without saying it twice."""
+    """Message of an operator's error, without the word Error and without repetition."""
     lines = [line.strip().removeprefix("Error: ") for line in str(error).splitlines() if line.strip()]
     return "; ".join(dict.fromkeys(lines))
 
 
 @contextmanager
 def chatter_to_stderr() -> Iterator[None]:
-    """Within it whatever Blender prints goes to standard error, so that standard output is the command's own."""
+    """Redirect Blender's output to standard error, so that standard output holds the command's own lines."""
     sys.stdout.flush()
     kept = os.dup(1)
     os.dup2(2, 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Say what accuracy costs in a .blend file: error against time, measured on some of its pixels and predicted."""
+"""Print the cost of accuracy for a .blend file: error against time, measured on some of its pixels and predicted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .plan import translated_scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
     _blend.add_accuracy_arguments(parser)
     parser.add_argument("--plot", type=Path, metavar="FILE.svg", help="also draw error over time, both logarithmic")
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the table, then what the file's settings lead to."""
+    """Print the table, then the prediction for the file's settings."""
     from spectral_core.files.whole import write_text
     from spectral_core.render import RenderProcess
     from spectral_core.render.cost.curve import plot_svg, table

@@ -27,7 +27,7 @@ def _demo() -> ModuleType | None:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     demo = _demo()
     if demo is not None:
         demo.add_arguments(parser)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Say which effects a render of a .blend file simulates, why, and what the picture would lack without each."""
+"""Print which effects a render of a .blend file simulates, why, and the error of leaving each out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import _blend
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
     parser.add_argument("--tolerance", type=float, metavar="E", help="color error (ΔE2000) that may be given away")
     parser.add_argument(

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
 from spectral_core.files.whole import whole_file
 
 from . import _blend
@@ -21,7 +21,7 @@ FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", "
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
     _blend.add_accuracy_arguments(parser)
     parser.add_argument(
@@ -37,6 +37,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="denoise the finished picture by Open Image Denoise, or not, instead of the file's choice; "
         "needs the Python package pyoidn",
     )  # fmt: skip
+    parser.add_argument(
+        "--multilayer", action="store_true",
+        help="for an .exr: write every pass that the file's view layers tick, each as a layer of its own",
+    )  # fmt: skip
+    parser.add_argument(
+        "--passes", nargs="+", metavar="NAME", default=[],
+        help="for an .exr: passes to make beside those that are ticked, by Cycles' names ('Depth', 'Diffuse Direct', "
+        "'CryptoObject' …); makes it multilayer",
+    )  # fmt: skip
     frames = parser.add_mutually_exclusive_group()
     frames.add_argument("--frame", type=int, metavar="N", help="frame to render; default the file's current one")
     frames.add_argument("--animation", action="store_true", help="render every frame of the file's range")
@@ -50,8 +59,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"{out.name} ends in {out.suffix!r}; expected one of {', '.join(FORMATS)}")
     if arguments.bands is not None and out.suffix.lower() != ".exr":
         raise InvalidInputError(f"spectral bands fit into an .exr only; {out.name} is none")
+    if (arguments.multilayer or arguments.passes) and out.suffix.lower() != ".exr":
+        raise InvalidInputError(f"passes fit into an .exr only; {out.name} is none")
+    if (arguments.multilayer or arguments.passes) and arguments.bands is not None:
+        raise InvalidInputError("spectral bands and passes are files of different layouts; ask for one of them")
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
+        _tick(scene, arguments.passes)
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, scene, frame, out) for frame in frames]
     report: dict[str, Any] = {
@@ -66,6 +80,8 @@ def run(arguments: argparse.Namespace) -> int:
     for entry in written:
         print(f"{entry['file']}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
         print(f"{entry['transport']} ({entry['variant']})")
+        if entry["passes"]:
+            print(f"passes: {', '.join(entry['passes'])}")
         if entry["denoised"]:
             print(f"denoised by {entry['denoised']}")
         if entry["outcome"] is not None:
@@ -103,7 +119,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:
         # Blender reads braces and hashes in a path as its own: it writes to a plain one
         plain = Path(folder) / f"frame{path.suffix.lower()}"
-        _choose_format(scene.render, plain)
+        _choose_format(scene.render, plain, layers=bool(arguments.multilayer or arguments.passes))
         try:
             bpy.ops.render.render(write_still=True)
         except RuntimeError as error:
@@ -124,14 +140,29 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         "transport": result.plan["transport"].value,
         "variant": result.variant,
         "denoised": result.denoised,
+        "passes": list(result.passes),
         "prediction": None if result.prediction is None else dataclasses.asdict(result.prediction),
         "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
         "notes": [f"{note.subject}: {note.message}" for note in result.notes],
     }
 
 
+def _tick(scene: Any, names: list[str]) -> None:
+    """Switch passes on in every view layer that is rendered. Raises UnknownNameError for a pass that is not made."""
+    from ..translate.passes import OF_CYCLES, OF_LAYER
+
+    ticks = {name: (tick, False) for tick, name in OF_LAYER.items()}
+    ticks |= {name: (tick, True) for tick, more in OF_CYCLES.items() for name in more}
+    for name in names:
+        if name not in ticks:
+            raise UnknownNameError.among("pass", name, list(ticks))
+        tick, of_cycles = ticks[name]
+        for layer in scene.view_layers:
+            setattr(layer.cycles if of_cycles else layer, tick, True)
+
+
 def _bands(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the renderer is asked to measure beside the picture."""
+    """Spectral channels to measure beside the picture."""
     from spectral_core.render import Bands
 
     return {} if arguments.bands is None else {"bands": Bands.uniform(count=arguments.bands)}
@@ -141,12 +172,12 @@ def _numbered(out: Path, frame: int) -> Path:
     return out.with_name(f"{out.stem}_{frame:04d}{out.suffix}")
 
 
-def _choose_format(render: Any, path: Path) -> None:
-    """Set Blender's output to a file; an EXR holds 32-bit floats."""
+def _choose_format(render: Any, path: Path, *, layers: bool) -> None:
+    """Set Blender's output to a file; an EXR holds 32-bit floats, and passes as ``layers``."""
     from .. import compat
 
-    kind = FORMATS[path.suffix]
-    compat.set_image_format(render.image_settings, kind, **({"color_depth": "32"} if kind == "OPEN_EXR" else {}))
+    kind = "OPEN_EXR_MULTILAYER" if layers else FORMATS[path.suffix]
+    compat.set_image_format(render.image_settings, kind, **({"color_depth": "32"} if "EXR" in kind else {}))
     render.filepath, render.use_file_extension = str(path), False
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Record what each light group of a .blend file contributes, so that light can be decided later."""
+"""Record the contribution of each light group of a .blend file, so that lights can be changed later."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
     parser.add_argument("--out", type=Path, metavar="FILE.exr", help="transport file; default SCENE.transport.exr")
     parser.add_argument(

@@ -44,7 +44,7 @@ def wavelength_colors(count: int) -> NDArray[np.float64]:
 
 
 def value_range(values: NDArray[np.float64], kind: str) -> tuple[float, float]:
-    """What the bottom and the top of a plot stand for: 0 to 1 for reflectances, 0 to the peak for lights.
+    """Values at the bottom and top of a plot: 0 to 1 for reflectances, 0 to the peak for lights.
 
     Widened where unphysical values reach outside.
     """
@@ -87,7 +87,7 @@ def _grid_coverage(x: NDArray[np.float64], size: int) -> NDArray[np.float64]:
 
 
 def swatch_picture(display_rgb: NDArray[np.float64], size: int = 32) -> Picture:
-    """One color with round corners; ``display_rgb``: sRGB (3,), clipped to what a screen shows."""
+    """One color with round corners; ``display_rgb``: sRGB (3,), clipped to [0, 1]."""
     picture = np.broadcast_to(np.clip(display_rgb, 0, 1), (size, size, 3))
     return _opaque(picture, rounded_alpha(size, size / 8))
 

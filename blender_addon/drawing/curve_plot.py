@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Geometry of a plot of spectra in pixels, without Blender: what the overlay draws, and what a test can check."""
+"""Geometry of a plot of spectra in pixels, without Blender, for the overlay and for tests."""
 
 from __future__ import annotations
 

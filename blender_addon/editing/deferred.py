@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Work that follows an edit: at once if there is no window, else by a timer, so that dragging stays smooth.
 
-Dragging a slider changes a property many times per second. A timer collects what came in the meantime and answers
+Dragging a slider changes a property many times per second. A timer collects the changes in the meantime and answers
 once. While Blender renders nothing is written, because the render reads the same data.
 """
 

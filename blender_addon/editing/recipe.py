@@ -24,6 +24,7 @@ from ..translate.spectra.stored import spectrum_of, store_spectrum
 def find(scene: Scene) -> bool:
     """Find the recipe that the panel asks for and keep it; whether all is met. Raises InvalidInputError."""
     recipe = scene.spectral.recipe
+    recipe.text, recipe.spectrum = "", ""  # what was found for other wishes goes, whether or not this succeeds
     spectra = _library(recipe)
     made: Spectrum
     if recipe.kind == "LAMP":
@@ -33,18 +34,19 @@ def find(scene: Scene) -> bool:
             (recipe.gamut_low, recipe.gamut_high) if recipe.use_gamut else None,
         )
         channels = [Illuminant(each.name, each.grid, each.values) for each in spectra]
+        if recipe.most < 3:
+            raise InvalidInputError(f"a white takes three channels or more; At Most is {recipe.most}, make it 3")
         lamp = lamp_recipe(
-            channels, recipe.cct, duv=recipe.duv, quality=quality,
-            most_channels=min(max(recipe.most, 3), len(channels)),
-        )  # fmt: skip
+            channels, recipe.cct, duv=recipe.duv, quality=quality, most_channels=min(recipe.most, len(channels))
+        )
         # The library's channels have one watt each; those of a file are as bright as the file says.
         full = "one watt of radiation" if recipe.library == "BUILTIN" else "the channel as in the file"
         recipe.text, recipe.met, made = f"{lamp.text()}\n100 % is {full}", lamp.met, lamp.lamp
     else:
-        found = material_recipe(
-            _colorants(recipe, spectra), _wanted(scene), _lights(scene), most_colorants=min(recipe.most, 8)
-        )
+        colorants = _colorants(recipe, spectra)
+        found = material_recipe(colorants, _wanted(scene), _lights(scene), most_colorants=recipe.most)
         recipe.text, recipe.met, made = found.text(recipe.grams), True, found.reflectance
+    recipe.found_kind = recipe.kind
     recipe.spectrum = json.dumps(
         {"name": made.name, "nm": made.grid.wavelengths_nm.tolist(), "values": made.values.tolist()}
     )
@@ -60,7 +62,9 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
     if recipe.kind == "LAMP":
         return list(led_channels())
     if recipe.kind == "PAINTS":
-        return list(paint_chips())
+        # A chip would be the recipe of itself.
+        itself = recipe.surface if recipe.wanted == "NAMED" else ""
+        return [chip for chip in paint_chips() if chip.name != itself]
     raise InvalidInputError(
         f"{recipe.kind.lower()} differ from maker to maker, so none are built in; choose a file with measurements"
     )
@@ -68,7 +72,7 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
 
 def _colorants(recipe: PropertyGroup, spectra: list[Spectrum]) -> Colorants:
     grid = SpectralGrid.uniform(400, 700, 10) if recipe.library == "BUILTIN" else spectra[0].grid
-    values = np.clip(np.stack([each.at(grid.wavelengths_nm) for each in spectra]), 0.0, 1.0)
+    values = np.stack([each.at(grid.wavelengths_nm) for each in spectra])
     kind = {"PAINTS": "paints", "INKS": "inks", "FILTERS": "filters"}[recipe.kind]
     names = tuple(each.name for each in spectra)
     return Colorants(kind, names, grid, values, dot_gain_n=recipe.dot_gain)  # type: ignore[arg-type]
@@ -100,7 +104,7 @@ def _lights(scene: Scene) -> list[Illuminant]:
 def give(scene: Scene, target: ID) -> None:
     """Give what the recipe makes to a light or a material. Raises InvalidInputError where it is the other's."""
     recipe = scene.spectral.recipe
-    if not recipe.spectrum:
+    if not recipe.spectrum or recipe.found_kind != recipe.kind:
         raise InvalidInputError("there is no recipe yet; press Find Recipe first")
     stored = json.loads(recipe.spectrum)
     kind = Illuminant if recipe.kind == "LAMP" else Reflectance

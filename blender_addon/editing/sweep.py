@@ -157,7 +157,7 @@ def resume(scene: Scene) -> None:
 
 
 def look(scene: Scene) -> bool:
-    """Take over how far the run is; True while it is on its way."""
+    """Update the run's progress; True while it runs."""
     global _run
     if _run is None:
         return False
@@ -255,7 +255,7 @@ def serve(scene: Scene) -> str:
 
 
 def _on_main_thread(name: str, work: Callable[[Scene], Any]) -> None:
-    """Do a page's work with a scene when Blender has time; what goes wrong stands in the panel."""
+    """Do a page's work with a scene when Blender has time; the panel shows errors."""
 
     def run() -> None:
         scene = bpy.data.scenes.get(name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a sweep may vary in a .blend file, by full data paths: numbers, switches, and choices from a list."""
+"""Settings that a sweep may vary in a .blend file, by full data paths: numbers, switches, choices from a list."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Setting:
     def require_taken(self, depsgraph: Any, value: Any) -> None:
         """Raise InvalidInputError where the evaluated file does not have the value that was set.
 
-        Keyframes, drivers and constraints win over what is set, and a property may have limits.
+        Keyframes, drivers and constraints override the value, and a property may have limits.
         """
         block, rest = block_at(self.path)
         seen = place_in(block.evaluated_get(depsgraph), rest)

@@ -64,7 +64,7 @@ def start(scene: Scene) -> None:
 
 
 def look() -> bool:
-    """Take over how far the design is; True while it is on its way."""
+    """Update the design's progress; True while it runs."""
     global _job
     if _job is None:
         return False
@@ -102,7 +102,7 @@ def _take_over(design: PropertyGroup, folder: Path) -> None:
         setattr(design, f"lost_{number}", _loaded(path, f"Lost {number}") if has else None)
     for wanted, outcome in zip(design.wanted_colors, figures.get("wanted_colors", ()), strict=False):
         wanted.reached = display_rgb_from_linear([min(max(value, 0.0), 1.0) for value in outcome["color"]])
-        wanted.outcome = f"ΔE {outcome['delta_e']:.1f}" + ("" if outcome["reachable"] else ", the nearest possible")
+        wanted.outcome = f"ΔE {outcome['delta_e']:.1f}" + ("" if outcome["reachable"] else ", nearest")
 
 
 def _loaded(path: Path, name: str) -> Image:

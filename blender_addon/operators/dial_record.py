@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def _keep(context: Context, recording: Recording) -> str:
     """Write the file, give the dial its bulbs; a note for the artist. Bulbs that existed before keep their coordinates.
 
-    What could not be written stays in memory, to be written elsewhere by Save Transport: it may have taken hours.
+    A recording that could not be written stays in memory for Save Transport, because it may have taken hours.
     """
     from spectral_core.render.relight.transport_file import write_transport
 

@@ -7,9 +7,9 @@ from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError, SolveError
 
-from ..editing.palette import bindings
+from ..editing.palette import bindings, picture
 from ..editing.palette import solve as palette_solve
-from ..translate.palette.apply import expose, level_of, store_result
+from ..translate.palette.apply import expose, level_of, store_colors, store_result
 from ..translate.spectra.stored import require_editable
 from .common import UNDOABLE, palette_in, reporting
 
@@ -60,9 +60,12 @@ def _apply(palette: PropertyGroup) -> int:
     for entry, _, block in bindings.bound(palette):
         if block is not None:
             store_result(block, entry, level=level if to_exposure else 1.0)
+            if palette.apply_colors:
+                store_colors(block)
             count += 1
     if count:
         expose(palette.id_data, level if to_exposure else 1.0)
+        picture.forget(palette.id_data)
     return count
 
 

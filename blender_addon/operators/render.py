@@ -58,7 +58,7 @@ class SPECTRAL_OT_plan(bpy.types.Operator):
 
 
 class SPECTRAL_OT_plan_override(bpy.types.Operator):
-    """Decide this yourself, whatever the plan says"""
+    """Override the plan's decision"""
 
     bl_idname = "spectral.plan_override"
     bl_label = "Override Decision"

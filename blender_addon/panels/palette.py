@@ -28,7 +28,7 @@ CONFLICTS_SHOWN = 2
 
 
 def draw_palette(layout: UILayout, context: Context) -> None:
-    """Start, table, status, and what to do with it."""
+    """Start, table, status, and actions."""
     palette = context.scene.spectral.palette
     if not len(palette.lights) and not len(palette.materials):
         _draw_welcome(layout, context)
@@ -37,6 +37,7 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row.scale_y = 1.3
     row.operator("spectral.palette_solve", icon="PLAY")
     row.prop(palette, "live", text="", icon="FILE_REFRESH")
+    row.prop(palette, "in_viewport", text="", icon="SHADING_RENDERED")
     row.prop(palette, "show_curves", text="", icon="GRAPH")
     row.operator_menu_enum("spectral.palette_preset", "preset", text="", icon="PRESET")
     _draw_status(layout, context, palette)
@@ -45,10 +46,15 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row = layout.row(align=True)
     row.operator("spectral.palette_add", text="Light", icon="ADD").side = "LIGHT"
     row.operator("spectral.palette_add", text="Material", icon="ADD").side = "MATERIAL"
-    row = layout.row()
+    row = layout.row(align=True)
     row.scale_y = 1.3
     row.enabled = bool(palette.status) and not palette.is_stale
     row.operator("spectral.palette_apply", icon="BRUSH_DATA")
+    row.prop(palette, "apply_colors", text="", icon="SHADING_SOLID")
+    if palette.picture:
+        told = layout.column()
+        told.active = False
+        wrapped(told, context, f"Not applied yet. {palette.picture}", icon="INFO")
     _draw_faults(layout, context, palette)
 
 
@@ -84,7 +90,7 @@ def _draw_welcome(layout: UILayout, context: Context) -> None:
 
 
 def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """How the last solve ended, in words, and what would help."""
+    """Status of the last solve in words, and its remedy."""
     if palette.message:
         column = layout.column()
         column.alert = True
@@ -108,7 +114,7 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """What would help; below the table, so that the table keeps its place while colors are dragged."""
+    """The remedy, below the table, so that the table keeps its place while colors are dragged."""
     if palette.message or palette.is_stale or not palette.remedy:
         return
     for conflict in palette.conflicts[:CONFLICTS_SHOWN]:

@@ -30,14 +30,17 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
         wrapped(hint, context, "Answers that show what was asked alike, and differ elsewhere.")
         return
     lamps = palette.alternatives[0].lamps
-    wrapped(layout, context, f"Seen under {lamps}; a row of swatches for each material.", icon="LIGHT")
+    wrapped(layout, context, f"Seen under {lamps}, from left to right.", icon="LIGHT")
     for index, answer in enumerate(palette.alternatives):
         box = layout.box()
         head = box.row()
         head.label(text="As solved" if index == 0 else f"ΔE {answer.apart:.0f} apart")
         head.operator("spectral.palette_alternative_take", text="Take", icon="CHECKMARK").index = index
-        for colors in json.loads(answer.colors)[:MOST_SWATCHES]:
-            line = box.row(align=True)
+        rows = zip(palette.materials, json.loads(answer.colors), strict=False)
+        for material, colors in list(rows)[:MOST_SWATCHES]:
+            split = box.split(factor=0.4, align=True)
+            split.label(text=material.name)
+            line = split.row(align=True)
             for color in colors:
                 line.template_icon(swatch_icon(color), scale=1.3)
 

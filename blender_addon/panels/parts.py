@@ -34,7 +34,7 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
 
 
 def told_apart(names: Sequence[str], letters: int) -> list[str]:
-    """Names in at most ``letters`` letters each: what all have in common at their start is cut before what differs."""
+    """Names in at most ``letters`` letters each: a common beginning is shortened before the differing parts."""
     letters = max(letters, 3)
     if all(len(name) <= letters for name in names):
         return list(names)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""In "Selected Cell": what the cell can show at all, its nearest possible color, and what is in the way."""
+"""In "Selected Cell": the colors that the cell can show, the nearest one to its target, and the obstacles."""
 
 from bpy.types import Context, PropertyGroup, UILayout
 

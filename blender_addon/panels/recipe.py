@@ -25,7 +25,7 @@ class SPECTRAL_PT_recipe(bpy.types.Panel):
         column.row().prop(recipe, "library", expand=True)
         if recipe.library == "FILE":
             column.prop(recipe, "filepath")
-        column.prop(recipe, "most")
+        column.prop(recipe, "most", text="Channels at Most" if recipe.kind == "LAMP" else "Parts at Most")
         if recipe.kind == "LAMP":
             _draw_lamp(column, layout, recipe)
         else:
@@ -69,7 +69,7 @@ def _draw_material(column: UILayout, context: Context, recipe: PropertyGroup) ->
 
 
 def _draw_outcome(layout: UILayout, context: Context, recipe: PropertyGroup) -> None:
-    if not recipe.text:
+    if not recipe.text or recipe.found_kind != recipe.kind:
         return
     box = layout.box()
     if not recipe.met:

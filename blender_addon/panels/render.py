@@ -79,7 +79,7 @@ def _cost_row(layout: UILayout, cells: tuple[str, ...]) -> UILayout:
 
 
 def _draw_outcome(layout: UILayout, context: Context) -> None:
-    """What the last render was expected to reach, and what it reached."""
+    """Prediction and outcome of the last render."""
     result = next((entry.result for entry in reversed(jobs.records) if entry.result is not None), None)
     if result is not None and result.denoised:
         done = layout.column()
@@ -166,6 +166,63 @@ def _figures(line: PropertyGroup) -> str:
     return f"{error}, {line.time_share:.0%} of the time"
 
 
+class _PassesPanel(_RenderPanel):
+    bl_context = "view_layer"
+    bl_parent_id = "VIEWLAYER_PT_layer_passes"
+
+    def column(self, heading: str = "") -> UILayout:
+        """A column of ticks."""
+        layout = self.layout  # type: ignore[attr-defined]
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        return layout.column(heading=heading, align=True)
+
+
+class SPECTRAL_PT_passes_data(_PassesPanel, bpy.types.Panel):
+    """What camera rays see, and facts of the render"""
+
+    bl_label = "Data Passes"
+
+    def draw(self, context: Context) -> None:
+        layer, cycles = context.view_layer, getattr(context.view_layer, "cycles", None)
+        column = self.column("Include")
+        for name in (
+            "combined", "z", "mist", "position", "normal", "uv", "object_index", "material_index",
+        ):  # fmt: skip
+            column.prop(layer, f"use_pass_{name}")
+        if cycles is not None:
+            column.prop(cycles, "denoising_store_passes", text="Denoising Data")
+            column.prop(cycles, "pass_debug_sample_count", text="Sample Count")
+        self.column().prop(layer, "pass_alpha_threshold")
+
+
+class SPECTRAL_PT_passes_light(_PassesPanel, bpy.types.Panel):
+    """Shares of the light of the picture"""
+
+    bl_label = "Light Passes"
+
+    def draw(self, context: Context) -> None:
+        layer = context.view_layer
+        for lobe in ("diffuse", "glossy", "transmission"):
+            column = self.column(lobe.title())
+            for what in ("direct", "indirect", "color"):
+                column.prop(layer, f"use_pass_{lobe}_{what}", text=what.title())
+        cycles = getattr(layer, "cycles", None)
+        if cycles is not None:
+            column = self.column("Volume")
+            column.prop(cycles, "use_pass_volume_direct", text="Direct")
+            column.prop(cycles, "use_pass_volume_indirect", text="Indirect")
+        column = self.column("Other")
+        column.prop(layer, "use_pass_emit", text="Emission")
+        column.prop(layer, "use_pass_environment")
+
+
 register, unregister = bpy.utils.register_classes_factory(
-    (SPECTRAL_PT_render_sampling, SPECTRAL_PT_render_cost, SPECTRAL_PT_render_plan)
+    (
+        SPECTRAL_PT_render_sampling,
+        SPECTRAL_PT_render_cost,
+        SPECTRAL_PT_render_plan,
+        SPECTRAL_PT_passes_data,
+        SPECTRAL_PT_passes_light,
+    )
 )

@@ -92,7 +92,7 @@ def _draw_wanted_colors(layout: UILayout, design: PropertyGroup) -> None:
         row.prop(wanted, "wanted", text="")
         row.operator("spectral.texture_wanted_color", text="", icon="X").index = index
         if wanted.outcome:
-            row = box.row(align=True)
+            row = box.split(factor=0.62, align=True)
             row.label(text=wanted.outcome)
             row.prop(wanted, "reached", text="")
 
@@ -127,8 +127,9 @@ def _draw_outcome(layout: UILayout, context: Context, design: PropertyGroup) -> 
     row.scale_y = 1.2
     row.operator("spectral.texture_material", icon="MATERIAL")
     column = layout.column(align=True)
-    column.prop(design, "lamp_1")
-    column.prop(design, "lamp_2")
+    column.label(text="Lamps that get the lights:", icon="LIGHT")
+    column.prop(design, "lamp_1", text="")
+    column.prop(design, "lamp_2", text="")
     column.operator("spectral.texture_lights", icon="LIGHT")
 
 

@@ -14,9 +14,9 @@ class Field:
     name
         Identifier of the property.
     make
-        What declares it, such as ``bpy.props.FloatProperty``.
+        Function that declares it, such as ``bpy.props.FloatProperty``.
     core
-        Attribute of the core's dataclass; several where one switch stands for them together.
+        Attribute of the core's dataclass; several if one switch sets them together.
     options
         Keyword arguments of ``make``: label, range, default, help.
     """

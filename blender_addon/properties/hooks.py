@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Callbacks of properties: declarations announce a change or ask for names, and ``editing`` answers while it listens.
 
-So declarations need to know nothing of the spectra, solvers and devices behind them.
+So declarations do not depend on spectra, solvers and devices.
 """
 
 from collections.abc import Callable, Iterator
@@ -11,10 +11,11 @@ from typing import Any
 
 
 class Topic(Enum):
-    """What a property announces or asks."""
+    """Topics that a property announces or asks about."""
 
     PALETTE = auto()
     PALETTE_LIVE = auto()
+    PALETTE_PICTURE = auto()
     PALETTE_CELL_MODE = auto()
     SPECTRUM_SOURCE = auto()
     SPECTRUM_CHOICE = auto()
@@ -69,7 +70,7 @@ def announces(topic: Topic) -> Callable[[Any, Any], None]:
 
 
 def offers(topic: Topic) -> Callable[[Any, Any, str], list[str]]:
-    """Search callback of a text: the names that the listener knows and that contain what was typed."""
+    """Search callback of a text: the listener's names that contain the typed text."""
 
     def search(properties: Any, _context: Any, typed: str) -> list[str]:
         names = _listeners[topic](properties) if topic in _listeners else []

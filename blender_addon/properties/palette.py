@@ -184,7 +184,7 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
 
 
 class SpectralPaletteConflict(bpy.types.PropertyGroup):
-    """A cell that misses its target, and what would help."""
+    """A cell that misses its target, and its remedy."""
 
     material_uid: IntProperty()
     light_uid: IntProperty()
@@ -208,6 +208,17 @@ class SpectralPalette(bpy.types.PropertyGroup):
         update=announces(Topic.PALETTE_LIVE),
         description="Solve again at every change of a target, weight or light",
     )
+    in_viewport: BoolProperty(
+        name="Show in Viewport", default=True, update=announces(Topic.PALETTE_PICTURE),
+        description="Show what the palette finds in Rendered viewports and in the picture of the light dial while "
+        "colors are edited, before Apply. Renders show it after Apply",
+    )  # fmt: skip
+    picture: StringProperty(description="How the last edit reached the picture; empty if it is not shown")
+    apply_colors: BoolProperty(
+        name="Set Colors Too", default=True,
+        description="Apply also sets the base colors, the viewport colors and the colors of lamps that Solid mode and "
+        "EEVEE show: each material's color in daylight. Inputs that nodes feed stay as they are",
+    )  # fmt: skip
     show_curves: BoolProperty(
         name="Curves in the View", default=False, description="Draw all spectra of the palette over the 3D view"
     )

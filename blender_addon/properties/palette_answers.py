@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the palette answers beside its solution: what a cell can show, other answers, dyes of fluorescent paints."""
+"""Answers beside the solution: possible colors of a cell, alternatives, dyes of fluorescent paints."""
 
 import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
@@ -27,7 +27,7 @@ class SpectralPossible(bpy.types.PropertyGroup):
 
 
 class SpectralAlternative(bpy.types.PropertyGroup):
-    """Another answer to the palette: spectra of all designed materials, and what they look like."""
+    """Another answer to the palette: spectra and colors of all designed materials."""
 
     apart: FloatProperty(description="Largest ΔE of any material to the first answer")
     spectra: StringProperty(description="Reflectances by the material's lasting number, as JSON")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.recipe``: what is mixed, from what, what is asked, and the recipe that was found last."""
+"""``scene.spectral.recipe``: the kind and library of colorants, the requirements, and the last recipe."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -82,6 +82,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
         description="How far light spreads in the paper (Yule and Nielsen)",
     )
     text: StringProperty(description="The recipe, one line each")
+    found_kind: StringProperty(description="What the recipe mixes")
     met: BoolProperty(description="Whether all that was asked is met")
     spectrum: StringProperty(description="What the recipe makes, as JSON")
 

@@ -2,7 +2,7 @@
 """The spectrum that a material, a light, a world or a shader node carries: its attribute ``spectral``.
 
 The sampled values themselves are stored, so a .blend stays whole without the catalogue, the file or the palette that
-they came from, and survive save, load, append and undo. Stored as 32-bit floats, which is what a renderer reads.
+they came from, and survive save, load, append and undo. Stored as 32-bit floats, as the renderer reads them.
 """
 
 from typing import Any

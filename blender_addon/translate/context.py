@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -38,7 +38,7 @@ class Translation:
     depsgraph: Any
     rgb_from_working: NDArray[np.float64]
     images: dict[Any, ImageTexture | None] = field(default_factory=dict)
-    designed: dict[int, tuple[Spectrum, float]] = field(default_factory=dict)
+    designed: Mapping[int, tuple[Spectrum, float]] = field(default_factory=dict)
     reads_elsewhere: bool = False
     _notes: dict[tuple[str, str], Note] = field(default_factory=dict)
 

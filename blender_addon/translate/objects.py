@@ -140,7 +140,8 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
     override = overridden(found.translation.depsgraph, "material_override")
     materials = [_translated(found, override or material) for material in _materials(obj)]
     reads = frozenset().union(*(item.reads for item in materials))
-    mesh = _mesh(found, obj, reads, instance)
+    shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
+    mesh = _mesh(found, obj, reads | shows_uv, instance)
     if mesh is None:
         return
     name, original = found.unique("instance", obj.name_full), obj.original
@@ -155,18 +156,20 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         "group": original.lightgroup,  # Blender does not tell the evaluated copy of a change
         "hidden_from": hidden,
         "is_holdout": is_holdout,
-        "color": tuple(obj.color),
+        # Cycles shows of an instance the color of what instances it
+        "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
         "attributes": object_attributes(obj, instance, reads),
+        "shown_as": obj.name,
+        "asset": _root(original).name,
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
     if instance.is_instance:
         found.instances.append(make())
         return
-    transparent = found.translation.scene.render.film_transparent
     names = tuple(item.material.name for item in materials)
-    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, transparent, mesh)
+    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, mesh)
     makers = frozenset((original.session_uid, original.data.session_uid))
     key = ("instance", original.session_uid)
     found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
@@ -184,10 +187,15 @@ def _instance(
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
     if obj.is_shadow_catcher:
         found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
-    if fields["is_holdout"] and not found.translation.scene.render.film_transparent:
-        found.translation.note(obj.name, "it is a holdout: black, and a hole only where the film is transparent")
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
+
+
+def _root(obj: Any) -> Any:
+    """The parent of parents of an object, itself where it has none: what a cryptomatte of assets names."""
+    while obj.parent is not None:
+        obj = obj.parent
+    return obj
 
 
 def _random(obj: Any, instance: Any) -> float:

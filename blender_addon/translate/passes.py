@@ -1,29 +1,154 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes of a view layer that this engine does not fill, told to the artist instead of missing in the file."""
+"""Passes that a view layer asks for: those that are rendered, and those that are named instead."""
 
 from __future__ import annotations
 
-from bpy.types import ViewLayer
+from dataclasses import dataclass
+from typing import Any
 
-from spectral_core.scene import Note
+import bpy
+import numpy as np
+from numpy.typing import NDArray
 
-RENDERED = {"use_pass_combined"}
-OF_OTHERS = {"use_pass_cryptomatte_accurate", "use_pass_grease_pencil"}
-"""Not passes of their own: how another pass is made, and a pass that only Grease Pencil fills."""
+from spectral_core.scene import Mist, Note, Passes, Scene
+from spectral_core.scene.passes import CRYPTOMATTES, GROUP_PREFIX
+
+OF_LAYER = {
+    "use_pass_z": "Depth", "use_pass_mist": "Mist", "use_pass_position": "Position", "use_pass_normal": "Normal",
+    "use_pass_uv": "UV", "use_pass_object_index": "Object Index", "use_pass_material_index": "Material Index",
+    "use_pass_diffuse_direct": "Diffuse Direct", "use_pass_diffuse_indirect": "Diffuse Indirect",
+    "use_pass_diffuse_color": "Diffuse Color", "use_pass_glossy_direct": "Glossy Direct",
+    "use_pass_glossy_indirect": "Glossy Indirect", "use_pass_glossy_color": "Glossy Color",
+    "use_pass_transmission_direct": "Transmission Direct", "use_pass_transmission_indirect": "Transmission Indirect",
+    "use_pass_transmission_color": "Transmission Color", "use_pass_emit": "Emission",
+    "use_pass_environment": "Environment", "use_pass_cryptomatte_object": "CryptoObject",
+    "use_pass_cryptomatte_material": "CryptoMaterial", "use_pass_cryptomatte_asset": "CryptoAsset",
+}  # fmt: skip
+"""Tick of a view layer to the pass that it asks for."""
+OF_CYCLES = {
+    "denoising_store_passes": ("Denoising Normal", "Denoising Albedo", "Denoising Depth"),
+    "pass_debug_sample_count": ("Debug Sample Count",),
+    "use_pass_volume_direct": ("Volume Direct",),
+    "use_pass_volume_indirect": ("Volume Indirect",),
+}
+"""The same of Cycles' own ticks, which files are set up with whoever renders."""
+NOT_RENDERED = {
+    "use_pass_volume_scatter": "Volume Scatter", "use_pass_volume_transmit": "Volume Transmit",
+    "use_pass_volume_majorant": "Volume Majorant", "pass_render_time": "Render Time",
+}  # fmt: skip
+"""Cycles' ticks that nothing comes of here."""
+OF_OTHERS = {"use_pass_combined", "use_pass_cryptomatte_accurate", "use_pass_grease_pencil"}
+"""Not passes of their own: the picture, how another pass is made, and a pass that only Grease Pencil fills."""
+LETTERS = {
+    "Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "UV": "UVA", "Object Index": "X",
+    "Material Index": "X", "Denoising Normal": "XYZ", "Denoising Depth": "Z", "Debug Sample Count": "X",
+    "Noisy Image": "RGBA",
+}  # fmt: skip
+"""Channels of a pass in a file; RGB where nothing is said."""
+OLDER_NAMES = {
+    "Diffuse Direct": "DiffDir", "Diffuse Indirect": "DiffInd", "Diffuse Color": "DiffCol",
+    "Glossy Direct": "GlossDir", "Glossy Indirect": "GlossInd", "Glossy Color": "GlossCol",
+    "Transmission Direct": "TransDir", "Transmission Indirect": "TransInd", "Transmission Color": "TransCol",
+    "Volume Direct": "VolumeDir", "Volume Indirect": "VolumeInd", "Emission": "Emit", "Environment": "Env",
+    "Object Index": "IndexOB", "Material Index": "IndexMA",
+}  # fmt: skip
+"""What Blender 4 calls a pass."""
 
 
-def pass_notes(layer: ViewLayer) -> tuple[Note, ...]:
+@dataclass(frozen=True)
+class Slot:
+    """A pass as Blender holds it: its name, the letters of its channels, and what these are."""
+
+    name: str
+    letters: str
+    kind: str
+
+
+def passes_of(scene: Any, layer: Any) -> Passes | None:
+    """What a view layer asks for beside the picture; None for nothing."""
+    cycles = getattr(layer, "cycles", None)
+    names = [name for tick, name in OF_LAYER.items() if getattr(layer, tick, False)]
+    names += [name for tick, more in OF_CYCLES.items() if getattr(cycles, tick, False) for name in more]
+    if scene.spectral.render.denoise:
+        names.append("Noisy Image")
+    aovs = tuple((aov.name, aov.type) for aov in layer.aovs if aov.is_valid)
+    groups = tuple(group.name for group in layer.lightgroups)
+    if not names and not aovs and not groups:
+        return None
+    world = scene.world
+    mist = Mist() if world is None else _mist(world.mist_settings)
+    levels = min(max(int(layer.pass_cryptomatte_depth), 2), 16)
+    return Passes(tuple(names), aovs, groups, mist, float(layer.pass_alpha_threshold), levels)
+
+
+def _mist(settings: Any) -> Mist:
+    return Mist(float(settings.start), float(settings.depth), settings.falloff)
+
+
+def slots_of(wanted: Passes) -> list[Slot]:
+    """The passes of a request as Blender must make room for them, without the picture itself."""
+    slots = []
+    for name in wanted.names:
+        layers = (wanted.levels + 1) // 2 if name in CRYPTOMATTES else 0
+        if layers:
+            slots += [Slot(f"{name}{k:02d}", "rgba", "COLOR") for k in range(layers)]
+            continue
+        letters = LETTERS.get(name, "RGB")
+        kind = "VALUE" if len(letters) == 1 else "COLOR" if letters.startswith("RGB") else "VECTOR"
+        shown = OLDER_NAMES.get(name, name) if bpy.app.version < (5, 0, 0) else name
+        slots.append(Slot(shown, letters, kind))
+    slots += [Slot(name, *(("X", "VALUE") if kind == "VALUE" else ("RGBA", "COLOR"))) for name, kind in wanted.aovs]
+    slots += [Slot(GROUP_PREFIX + name, "RGB", "COLOR") for name in wanted.light_groups]
+    return slots
+
+
+def pass_notes(layer: Any) -> tuple[Note, ...]:
     """A note that names every pass that is switched on and is not rendered."""
+    cycles = getattr(layer, "cycles", None)
     asked = [
         prop.name
         for prop in layer.bl_rna.properties
         if prop.identifier.startswith("use_pass_")
-        and prop.identifier not in RENDERED | OF_OTHERS
+        and prop.identifier not in OF_OTHERS
+        and prop.identifier not in OF_LAYER
         and getattr(layer, prop.identifier)
     ]
-    asked += [f"AOV {aov.name}" for aov in layer.aovs]
+    asked += [name for tick, name in NOT_RENDERED.items() if getattr(cycles, tick, False)]
     asked += ["Freestyle lines"] if layer.use_freestyle and layer.id_data.render.use_freestyle else []
     if not asked:
         return ()
     which = ", ".join(asked)
-    return (Note(f"view layer {layer.name}", f"{which}: not rendered; the file holds Combined only"),)
+    return (Note(f"view layer {layer.name}", f"{which}: not rendered; the file does not hold it"),)
+
+
+def fill_passes(places: Any, passes: dict[str, NDArray[np.float32]], view: str, working_from_rgb: Any) -> None:
+    """Put passes (height, width, channels) where Blender has made room for them.
+
+    ``working_from_rgb``: (3, 3) to the scene's color space, None where that is linear sRGB.
+    """
+    older = {new: old for new, old in OLDER_NAMES.items() if bpy.app.version < (5, 0, 0)}
+    for name, picture in passes.items():
+        place = places.find_by_name(older.get(name, name), view)
+        if place is None:
+            continue
+        shown = np.array(picture, dtype=np.float32)
+        is_data = name in LETTERS and not LETTERS[name].startswith("RGB")
+        if working_from_rgb is not None and shown.shape[2] >= 3 and not is_data and not name.startswith(CRYPTOMATTES):
+            shown[..., :3] = shown[..., :3] @ working_from_rgb.T.astype(np.float32)
+        place.rect.foreach_set(shown.ravel())
+
+
+def cryptomatte_header(scene: Scene, layer: str) -> dict[str, str]:
+    """What a file says about the cryptomattes of a scene that is rendered."""
+    from spectral_core.render.passes.cryptomatte import header
+
+    wanted = scene.settings.passes
+    names = {
+        "CryptoObject": [item.shown_as or item.name for item in scene.instances],
+        "CryptoMaterial": [material.name for material in scene.materials],
+        "CryptoAsset": [item.asset or item.shown_as or item.name for item in scene.instances],
+    }
+    entries: dict[str, str] = {}
+    for kind in () if wanted is None else wanted.cryptomattes:
+        entries |= header(layer, kind, names[kind])
+    return entries

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import bpy
 
 from spectral_core.scene import Camera, Film, LightPaths, Scene, SunLight, World
+from spectral_core.spectra.spectrum import Spectrum
 
 from .approximations import note_approximations
 from .camera import translate_camera, translate_film
@@ -33,16 +35,18 @@ def translate_scene(
     seen_from: Camera | None = None,
     shows: Callable[[Any], bool] = everything,
     kept: Kept | None = None,
+    designed: Mapping[int, tuple[Spectrum, float]] = MappingProxyType({}),
     is_moving: bool = False,
 ) -> Scene:
     """Scene of an evaluated depsgraph, whole and independent of Blender.
 
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
     settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
-    ``kept``: meshes and images of the translation before; ``is_moving``: motion is added later. Raises
-    InvalidInputError where nothing can be rendered at all (no camera, an empty border).
+    ``kept``: what is kept of the translation before; ``designed``: as ``Translation`` has it; ``is_moving``: motion is
+    added later. Raises InvalidInputError where nothing can be rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
+    translation.designed = designed
     source = depsgraph.scene_eval
     sampling = sampling_of(source)
     film = film or translate_film(source, sampling.samples, sampling.seed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's view transform, sampled: what Blender's color management makes of linear light."""
+"""The scene's view transform, sampled: linear light to display colors by Blender's color management."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ NO_TRANSFER = (
 
 
 def translate_volume(found: Collected, obj: Any, instance: Any) -> None:
-    """Add the VolumeObject of an evaluated Volume object; what cannot be shown is left out with a Note."""
+    """Add the VolumeObject of an evaluated Volume object; a volume that cannot be shown is left out with a Note."""
     data = obj.data
     settings = getattr(data, "spectral", None)
     if settings is None or not settings.enabled:

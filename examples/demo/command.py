@@ -13,7 +13,7 @@ from spectral_core.checks import require_range
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
+    """Declare the options of the command."""
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write into (out/demo)")
     parser.add_argument("--samples", type=int, default=48, help="light paths per pixel (48)")
     parser.add_argument("--percentage", type=int, default=100, help="size of the pictures in percent (100)")

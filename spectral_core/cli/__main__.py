@@ -5,7 +5,8 @@ import os
 import sys
 
 # `python -m` puts the current folder first on the module path; a json.py that lies there is not to be executed.
-# What the interpreter imports before this line it imports so: `python -P -m` is free of that, and `spectral-scene`.
+# Modules that the interpreter imports before this line come from there too, except with `python -P -m` and in
+# `spectral-scene`.
 _here = os.path.realpath(os.curdir)
 sys.path[:] = [entry for entry in sys.path if entry and os.path.realpath(entry) != _here]
 sys.path.append(os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__)))))  # noqa: PTH120

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _is_texture(path: Path) -> bool:
-    """Whether a document says that it is a texture; what cannot be read is left to the reader of palettes."""
+    """Whether a document states that it is a texture; the reader of palettes reports unreadable files."""
     from spectral_core.documents import read_document
     from spectral_core.errors import SpectralError
     from spectral_core.palette.texture.project import FORMAT
@@ -89,7 +89,7 @@ def _problem(arguments: argparse.Namespace) -> tuple[PaletteProblem, str]:
 
 
 def _print(solution: PaletteSolution) -> None:
-    """ΔE2000 of each cell, then the status and what to do."""
+    """ΔE2000 of each cell, then the status and its remedy."""
     lights = [light.name for light in solution.illuminants]
     width = max(12, *(len(surface.name) + 1 for surface in solution.reflectances))
     print(f"{'ΔE2000':{width}}" + "".join(f"{name[:15]:>16}" for name in lights))

@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find and print the recipe. Exits with 1 where the lamp misses what was asked for."""
+    """Find and print the recipe. Exits with 1 if the lamp misses its requirements."""
     return _lamp(arguments) if arguments.kind == "lamp" else _material(arguments)
 
 

@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _project(arguments: argparse.Namespace) -> TextureProject:
-    """What the document states, or the options."""
+    """The project of the document, or of the options."""
     from spectral_core.documents.codecs import decoded_color
     from spectral_core.palette.texture.project import TextureProject, TextureSettings, read_project
     from spectral_core.palette.texture.uplift import Pin

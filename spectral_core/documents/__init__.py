@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Documents in TOML and JSON: palettes, transfer functions, recordings and sweeps are read and written alike.
+"""Documents in TOML and JSON: one set of functions for palettes, transfer functions, recordings, sweeps.
 
-A document is a table of strings, numbers, lists and tables that says in ``format`` and ``version`` what it is.
+A document is a table of strings, numbers, lists and tables; ``format`` and ``version`` state its kind.
 ``read_document`` reads the file within limits and turns every failure into FileFormatError with the file's name;
 ``Schema`` checks it and says where it is wrong; ``codecs`` has the words that all documents share:
 

@@ -21,7 +21,7 @@ from spectral_core.spectra.start_lights import sine_light
 
 SOURCES = ("catalogue", "file", "values", "sine_nm")
 LARGEST_GRID = 100_000
-"""Steps of a grid past which a file is taken to be mistaken."""
+"""Largest number of steps of a grid; more than that is an error in the file."""
 MOST_FILES, MOST_FILE_BYTES = 1000, 64 << 20
 """Spectrum files that one document may name, and what they may hold together."""
 
@@ -35,7 +35,7 @@ class SpectrumFiles:
         self._bytes = 0
 
     def spectra(self, name: str, kind: SpectrumKind) -> tuple[Path, list[Spectrum]]:
-        """The path that ``name`` stands for, and the spectra in that file. Raises FileFormatError."""
+        """The path of the file ``name``, and its spectra. Raises FileFormatError."""
         path = self._folder / name
         if (path, kind) not in self._read:
             found = read_spectra(path, kind=kind)
@@ -117,7 +117,7 @@ def decoded_spectrum(
     Parameters
     ----------
     table : a catalogue name, or a table that gives exactly one of ``SOURCES``.
-    kind : what it is, where its source leaves that open.
+    kind : ``illuminant`` or ``reflectance``, if the source does not state it.
     grid : wavelengths of samples that bring none.
     files : where the spectrum files are that the document names.
 
@@ -215,5 +215,5 @@ def _sine_entry(spectrum: Spectrum, grid: SpectralGrid) -> dict[str, Any] | None
 
 
 def _round_luminance(light: Spectrum) -> float:
-    """Y of a light as a person would have stated it."""
+    """Y of a light, rounded as a person would state it."""
     return round(float((xyz_from_spectrum(light.grid) @ light.values)[1]), 12)

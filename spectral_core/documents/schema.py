@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Documents checked against their JSON Schema files, with errors that say where.
 
-The schema files are also what an editor checks and completes documents with. No validator is a dependency for them:
+Editors use the same schema files to check and complete documents. No validator is a dependency for them:
 these are the few words of JSON Schema that they need, and a test sees that they use no others. Each file stands alone,
 as editors want it; a test sees that what they share (grid, spectrum, color) is the same in all of them.
 """

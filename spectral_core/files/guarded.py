@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one way to read a file from outside: regular files only, limits on what it may cost, one kind of error.
+"""The one way to read a file from outside: regular files only, limited time and memory, one kind of error.
 
 A file may come from anybody. It may be a pipe that never ends, state a size that no memory holds, or nest its lists
 ten thousand deep. ``reading`` turns every failure of a reader into FileFormatError; the limits below keep a reader
@@ -37,7 +37,7 @@ _BRACKETS = re.compile(r'"(?:[^"\\\n]|\\.)*"|[\[{]|[\]}]')
 
 @contextmanager
 def reading(path: str | Path, what: str = "") -> Iterator[None]:
-    """Turn whatever goes wrong inside of the block into an error of the tree that names ``path``.
+    """Convert any failure inside the block into an error of this project that names ``path``.
 
     Errors of the tree pass as they are; all others become FileFormatError. A reader may therefore take a file at its
     word and fail where the word was wrong.
@@ -143,9 +143,9 @@ def require_room(needed: int, path: str | Path, *, held: int | None = None) -> N
 
     Parameters
     ----------
-    needed : bytes that the file's numbers take in memory, by what the file states.
+    needed : bytes that the file's stated numbers need in memory.
     path : the file, for the message.
-    held : bytes of the file, where they bound what it can hold; None where they do not.
+    held : bytes of the file, if they limit its contents; None if they do not (a compressed file).
     """
     if needed > half_of_memory():
         raise FileFormatError(

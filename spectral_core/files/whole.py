@@ -8,7 +8,7 @@
 
 When the block ends, the new file is flushed to the disk, checked, and moved over ``path`` in one step. Whoever looks
 at ``path`` at any moment, also after a power cut, finds the earlier file or the new one. A block that fails leaves
-``path`` as it was. What a killed process left behind is removed by the next write into the same folder: an unfinished
+``path`` as it was. The next write into the same folder removes the leftovers of a killed process: an unfinished
 file is locked while its writer lives, and one that can be locked has no writer any more.
 """
 
@@ -44,8 +44,8 @@ def whole_file(
 
     Parameters
     ----------
-    path : the file to make or to replace. A link is replaced itself; what it points to is not touched.
-    check : reads the finished file and raises where it is not what was written. For writers of libraries that do not
+    path : the file to make or to replace. If it is a link, the link is replaced, not its target.
+    check : reads the finished file and raises if it differs from the written data. For writers of libraries that do not
         report a full disk.
     durable : also survive a power cut, which costs a wait for the disk.
 
@@ -91,13 +91,13 @@ def write_text(path: str | Path, text: str) -> None:
 def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str) -> None:
     """Refuse a path at which something else than ``kind`` lies.
 
-    For paths that come from a document or a .blend, which whoever made it may have pointed at any file.
+    For paths that come from a document or a .blend file: its author may have named any file.
 
     Parameters
     ----------
     path : where a file is to be written.
     is_own : whether a file that is there may be replaced; it sees regular files only.
-    kind : what is written, for the message.
+    kind : name of the contents, for the message.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _finish(unfinished: Path, lock: _Lock, target: Path, check: Callable[[Path],
     if check is not None:
         try:
             check(unfinished)
-        except Exception as error:  # whatever a reader says of half a file
+        except Exception as error:  # a reader may raise anything for half a file
             raise FileWriteError(
                 f"{target} could not be written: what arrived on the disk is not whole; is it full? ({error})"
             ) from error
@@ -187,7 +187,7 @@ def _flush_folder(folder: Path) -> None:
 
 @contextmanager
 def _told(target: Path) -> Iterator[None]:
-    """Turn a failure of the disk, or of a library that writes, into an error that says what became of the file."""
+    """Convert a failure of the disk or of a writing library into an error that states the fate of the file."""
     try:
         yield
     except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError

@@ -22,13 +22,13 @@ from spectral_core.lattice.construction import Lattice, build_lattice, class_of
 from spectral_core.lattice.polynomials import CharacteristicPolynomial
 
 CRITERIA = ("second_moment", "packing", "covering")
-"""What frozen scales are best at: mean squared distance, least distance of two points, largest distance to a point."""
+"""Goals of frozen scales: mean squared distance, least distance of two points, largest distance to a point."""
 MAX_FROZEN_DIMENSIONS = 10
 
 
 @dataclass(frozen=True)
 class FrozenScales:
-    """A class, scales and what they reach."""
+    """A class, its scales and their figures of merit."""
 
     lattice_class: LatticeClass
     log_scales: NDArray[np.float64]

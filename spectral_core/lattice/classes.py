@@ -58,7 +58,7 @@ class Enumeration:
     classes: tuple[LatticeClass, ...]
     complete: bool
     reason: str
-    """Why the list is complete, or what is open."""
+    """Why the list is complete, or which cases are open."""
 
 
 def lattice_classes(dimensions: int, rate: int, *, improper: bool | None = False) -> Enumeration:

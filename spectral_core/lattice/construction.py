@@ -40,7 +40,7 @@ class Lattice:
     rotation: NDArray[np.float64]
     """Q, (n, n): QᵀQ = α²I, block diagonal with one 1×1 or 2×2 block per root."""
     criterion: str = "given scales"
-    """What the scales were chosen for."""
+    """Goal for which the scales were chosen."""
 
     @property
     def polynomial(self) -> CharacteristicPolynomial:

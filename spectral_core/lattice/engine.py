@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The progressive lattice as a ``scipy.stats.qmc`` engine, for SciPy, SALib and whatever else draws from one.
+"""The progressive lattice as a ``scipy.stats.qmc`` engine, for SciPy, SALib and other users of such engines.
 
 Kept apart from the rest of the room because it imports scipy.stats, which takes most of a second.
 """

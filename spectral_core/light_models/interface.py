@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every linear light model offers a renderer and the design: surface → m numbers, light → 3×m matrix."""
+"""Interface of a linear light model: a surface as m numbers, a light as a 3×m matrix."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 """Node model: a surface is its reflectance at m wavelengths, a light the 3×m matrix that sums colors from them.
 
 Products of reflectances are exact at the nodes, so errors do not grow with reflections; a lamp's lines cost nothing,
-since a light is integrated once, at 1 nm, into its matrix. What is approximated is only the reflectance between the
+since a light is integrated once, at 1 nm, into its matrix. The only approximation is the reflectance between the
 nodes, as a linear interpolation learnt from natural surfaces, or from the K surfaces of a scene: any K reflectances
 span K dimensions, so m >= K scene nodes reproduce them, and every additive mixture of them, exactly.
 """
@@ -139,9 +139,9 @@ def _natural_nodes(count: int) -> Array:
 
 
 def _natural_training(grid: SpectralGrid) -> Array:
-    """Reflectances (r, n) with the second moments of natural ones: what least squares would see of all of them."""
+    """Reflectances (r, n) with the second moments of natural ones; least squares depends on these moments alone."""
     wavelengths, components = catalogue.natural_reflectance_components()
-    # Beyond the measured range a reflectance goes on as it ended, rather than to zero.
+    # Beyond the measured range a reflectance keeps its last value instead of dropping to zero.
     return np.array([np.interp(grid.wavelengths_nm, wavelengths, row) for row in components])
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a conventional renderer does, as a light model: colors of surfaces times colors of lights."""
+"""The light model of a conventional renderer: colors of surfaces times colors of lights."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def alternatives(
     problem : the palette.
     count : answers, 2 to 12.
     locked : reflectances by number that are kept as they are in all answers.
-    solution : of ``problem`` with what is locked, if it is known; solved here where None.
+    solution : of ``problem`` with its locked rows, if it is known; None: it is solved here.
     seed : of the random directions.
 
     Raises
@@ -101,7 +101,7 @@ class _Pusher:
         problem = solution.problem
         self.values = np.asarray(solution.reflectances[item].values, dtype=np.float64)
         lights = [Illuminant(light.name, light.grid, light.values) for light in solution.illuminants]
-        # A cell that another one refers to is asked about, whatever its own mode.
+        # A cell that another one refers to counts as requested in any mode.
         referred = {other for row in problem.cells for cell in row for other in cell.others}
         shown = [
             k
@@ -140,7 +140,7 @@ class _Pusher:
 
 
 def _with_reflectances(solution: PaletteSolution, values: Mapping[int, Array]) -> PaletteSolution:
-    """The solution with other reflectances; what they show is computed anew, what is asked stays as it was met."""
+    """The solution with other reflectances; their colors are computed anew, the requests stay as they were met."""
     problem = solution.problem
     made = list(solution.reflectances)
     actual = np.array(solution.actual_linear_rgb)

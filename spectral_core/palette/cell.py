@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A cell of a palette: what one material shall show under one light."""
+"""A cell of a palette: the request for one material under one light."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class CellMode(StrEnum):
-    """What a cell asks for."""
+    """Kinds of requests."""
 
     FIXED = "fixed"
     FREE = "free"
@@ -63,7 +63,7 @@ class Cell:
         require_range("the weight of a cell", self.weight, 0.0, 1e30)
 
     def _check_kinds(self) -> None:
-        """Refuse what is no mode, no number and no cell before anything is computed with it."""
+        """Raise InvalidInputError for a wrong mode, number or reference, before anything is computed."""
         try:
             object.__setattr__(self, "mode", CellMode(self.mode))
         except ValueError:
@@ -100,7 +100,7 @@ class Cell:
         weight: float = 1.0,
         exact: bool = False,
     ) -> Self:
-        """The color of cell ``other`` = (reflectance, light), whatever that becomes (Eq. 5.15): a metamer."""
+        """The same color as cell ``other`` = (reflectance, light), which may be free itself (Eq. 5.15): a metamer."""
         return cls(CellMode.SAME, others=(other,), box=_box(box), weight=weight, exact=exact)
 
     @classmethod

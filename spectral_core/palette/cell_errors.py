@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Color errors of cells as an artist reads them: each cell against what that cell itself asks for.
+"""Color errors of cells as an artist reads them: each cell against its own request.
 
 A *fixed* or *black* cell is compared with its color, a *same* or *constant* cell with the cells that it refers to (the
 farthest one counts), a cell with a box with the nearest color in it. Cells that hold for several observers or variants
@@ -39,7 +39,7 @@ class CellErrors:
 
 
 def cell_errors(problem: PaletteProblem, requests: Requests, shown: Sequence[Array]) -> CellErrors:
-    """Compare every cell with what it asks for.
+    """Compare every cell with its request.
 
     Parameters
     ----------

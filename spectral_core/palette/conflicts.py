@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which cells stand in each other's way, from the multipliers of the last solve.
+"""Which cells conflict, from the multipliers of the last solve.
 
 With the active bounds held, the answer is a linear function of every row. Releasing cell j changes the error of i by
 
     Δe_i = M_ij (1/ω_j − M_jj)⁻¹ e_j      M = B K⁻¹ Bᵀ
 
 with K the block-arrow matrix of the last solve, B its color rows, and e_j the error of cell j, or its multiplier over
-its weight where it is exact. That takes a millisecond for what solving again without each neighbor takes a second.
+its weight where it is exact. That takes a millisecond; solving again without each neighbor takes a second.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _record(solution: PaletteSolution) -> dict[Side, tuple[Assembled, Answer]]:
 
 
 def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
-    """A smallest set of exact cells that cannot all hold; empty where they can, or where what misses is no cell."""
+    """A smallest set of exact cells that cannot all hold; empty if they can, or if no cell is involved."""
     if solution.status is not PaletteStatus.EXACT_CONFLICT:
         return ()
     for assembled, answer in _record(solution).values():
@@ -93,7 +93,7 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
 
 
 def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, float]:
-    """The worst cells that miss what they ask, with their error; exact ones that are broken before all others."""
+    """The cells that miss their requests most, with their errors; broken exact cells come first."""
     broken = set(exact_error(requests, solution.actual_linear_rgb)[1])
     errors = solution.delta_e_2000
     cells = [(int(i), int(j)) for i, j in np.argwhere(np.isfinite(errors))]
@@ -163,7 +163,7 @@ class Responses:
         return found + self.within[k][rows, columns] if k == m else found
 
     def moved(self, cell: CellIndex, released: CellIndex) -> Array:
-        """By how much the color of a cell moves when another one asks nothing any more, (3,)."""
+        """Change of a cell's color when another cell's request is dropped, (3,)."""
         asked = self.rows[released]
         ((k, rows), *more) = asked
         if more:

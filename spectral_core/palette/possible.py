@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Possible? What a cell of a palette can show, before anything is solved: the set, the nearest color, what hinders it.
+"""Possible? The colors that a cell of a palette can show, before a solve: the set, the nearest color, its obstacles.
 
 Exact cells of the same row must hold; requests that are not exact may give way, and are not counted.
 """
@@ -31,7 +31,7 @@ SECTION_LIMIT = 110.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PossibleColors:
-    """What cell ``index`` can show. ``held``: exact cells of its row; ``open``: its other cells, which may give way."""
+    """Colors that cell ``index`` can show. ``held``: exact cells of its row; ``open``: cells that may miss."""
 
     index: CellIndex
     reach: CellReach
@@ -84,7 +84,7 @@ class PossibleColors:
 
 
 def section_linear_rgb(lightness: float, size: int) -> Array:
-    """Linear sRGB (size, size, 3) of the points of a section; also what no display shows."""
+    """Linear sRGB (size, size, 3) of the points of a section, also outside the display's gamut."""
     axis = np.linspace(-SECTION_LIMIT, SECTION_LIMIT, size)
     a, b = np.meshgrid(axis, axis)
     y = (lightness + 16) / 116

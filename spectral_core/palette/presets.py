@@ -48,7 +48,7 @@ def hidden_mark(
 ) -> PaletteProblem:
     """Two paints, "mark" and "ground", equal under ``conceal`` and far apart under ``reveal`` (section 5.4.3).
 
-    ``color``: what both show under ``conceal``, linear RGB. ``contrast``: how many times brighter the mark should be
+    ``color``: color of both under ``conceal``, linear RGB. ``contrast``: how many times brighter the mark should be
     than the ground under ``reveal``; what [0, 1] and the exact match leave of it is in the solution.
     """
     grid = grid or design_grid(5.0)
@@ -103,7 +103,7 @@ def split_light(
     middle = np.stack([last[:2].mean(axis=0)] * 2 + [last[2]] + [last[3:].mean(axis=0)] * 2)
     first = last.mean(axis=0)
     daylight = normalized(illuminant("D65"), luminance=luminance)
-    # 62 and 88.4 nm: what the printed spectra were made with, not the 60 and 85 nm of the text.
+    # 62 and 88.4 nm produced the printed spectra, not the 60 and 85 nm of the text.
     starts = [sine_light(period, grid, luminance=luminance) for period in (62.0, 88.4)]
     lights = (PaletteLight(daylight), *(PaletteLight(start, free=True) for start in starts))
     cells = tuple(
@@ -167,7 +167,7 @@ def most_distinct(
 ) -> PaletteProblem:
     """``count`` materials, exact metamers under one light and as different as possible from each other under another.
 
-    ``color``: what they show under ``conceal``; None leaves it free. ``luminance``: of both lights; smooth reflectances
+    ``color``: their color under ``conceal``; None leaves it free. ``luminance``: of both lights; smooth reflectances
     differ the more, the more room it leaves them below 1.
     """
     grid = grid or design_grid()

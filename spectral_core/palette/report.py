@@ -75,7 +75,7 @@ def _worst_case_left(trace: SolveTrace) -> dict[str, float]:
 
 
 def state_errors(problem: PaletteProblem, requests: Requests, state: PaletteState) -> CellErrors:
-    """What every cell misses at a state, over all observers and variants."""
+    """Errors of all cells at a state, over all observers and variants."""
     return cell_errors(problem, requests, [state.colors(condition) for condition in requests.conditions])
 
 
@@ -161,7 +161,7 @@ def _status(
 
 
 def criterion_residuals(builder: Assembler, state: PaletteState, wanted: Array, actual: Array) -> dict[str, float]:
-    """Root mean square of what each criterion leaves, unweighted."""
+    """Root mean square residual of each criterion, unweighted."""
     operator = second_differences(builder.problem.grid, builder.problem.smoothness_operator)
     lights = zip(state.lights, builder.problem.lights, strict=True)
     shapes = [values for values in state.reflectances if values is not None]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What became of a palette's requests: spectra, colors, errors, and how far the answer can be trusted."""
+"""The answer to a palette: spectra, colors, errors, and the checks that it passed."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ REMEDIES = {
         "The time or the rounds ended while the lights were still improving. Solve again to continue from here."
     ),
 }
-"""What to do, for each status."""
+"""Remedy for each status."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class Conflict:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaletteSolution:
-    """Designed and given spectra, and what each cell shows. Arrays of cells are (reflectances, lights, ...)."""
+    """Designed and given spectra, and the color of each cell. Arrays of cells are (reflectances, lights, ...)."""
 
     problem: PaletteProblem
     illuminants: tuple[Spectrum, ...]
@@ -104,7 +104,7 @@ class PaletteSolution:
     engines: tuple[str, ...]
     """Engines whose answers are in this solution, most used first."""
     notes: tuple[str, ...] = ()
-    """What was done that was not asked, in words: capped weights, fallbacks, scaled lights."""
+    """Deviations from the request, in words: capped weights, fallbacks, scaled lights."""
     conflicts: tuple[Conflict, ...] = ()
     light_scale: float = 1.0
     """Factor by which all lights were brightened (section 5.5)."""

@@ -40,7 +40,7 @@ def solve_palette(
     Parameters
     ----------
     problem
-        Lights, reflectances, and what each cell asks for.
+        Lights, reflectances, and the request of each cell.
     warm
         An earlier solution of a like problem; where the unknowns have the same shapes its spectra are the start.
     explain

@@ -26,7 +26,7 @@ RowKey = tuple[int, CellIndex]
 TOLERANCE = 0.01
 """Share by which the largest error may exceed the bound from below when the iteration stops."""
 ITERATIONS = 25
-"""In one half-round; the next one goes on from the same shares."""
+"""Updates in one half-round; the next one continues with the same shares."""
 FLOOR = 1e-6
 """Least share of a row, so that one that was met early can come back."""
 

@@ -20,6 +20,7 @@ from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.traced_spectra import light_spectra, reflectance_spectra
 from spectral_core.render.mitsuba_scene.units import in_working_units
+from spectral_core.render.passes.light_path import groups_by_light, light_pass_class
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
@@ -178,7 +179,33 @@ class RenderJob:
         # bodies of our own lamps stand in no shadow ray's way
         clear = plan.is_on("transparency") and (not self._loaded.lights or bool(take_inventory(self.scene).transparent))
         settings = PathSettings(plan.bounces, clear, limits, white)
+        wanted = self.scene.settings.passes
+        if wanted is not None and (wanted.light or wanted.light_groups) and not self.scene.volumes:
+            groups = wanted.light_groups
+            by_light = groups_by_light(self._loaded.parts.context.lights, groups)
+            tables = Tables(self._mitsuba, self._loaded.rules)
+            return light_pass_class(self.variant)(settings, tables, self._lights(), groups, by_light)
         return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights())
+
+    @property
+    def tells_light_apart(self) -> bool:
+        """Whether shares of the light are booked while the picture is traced."""
+        return all(hasattr(integrator, "book_into") for integrator in self._integrators.values())
+
+    @property
+    def light_sums(self) -> Accumulator:
+        """The sums that shares of the light are read from."""
+        return next(iter(self._sums.values()))
+
+    @property
+    def mitsuba(self) -> Any:
+        """The module with the job's variant."""
+        return self._mitsuba
+
+    @property
+    def unit(self) -> float:
+        """The renderer's units in one of the scene's."""
+        return self._unit
 
     def _lights(self) -> Any:
         """Our own tables of lights, or Mitsuba's emitters."""

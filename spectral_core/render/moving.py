@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.cost.asked import is_asked
+from spectral_core.render.passes.joined import FIRST_MOMENT, OF_FIRST_SAMPLE, joined_passes
 from spectral_core.scene import Film, Moment, Note, Scene
+from spectral_core.scene.passes import CRYPTOMATTES
 
 Pixels = NDArray[np.float32]
 
@@ -72,6 +74,8 @@ def render_moving(
         done += part.samples
         if part.status == "cancelled":
             break
+    if any(name in OF_FIRST_SAMPLE or name.startswith(CRYPTOMATTES) for name in made.passes):
+        notes.append(Note("Passes", FIRST_MOMENT))
     return replace(made, notes=(*made.notes, *notes))
 
 
@@ -95,6 +99,7 @@ def _joined(before: Any, samples: int, part: Any) -> Any:
     return replace(
         before,
         **pictures,
+        passes=joined_passes(before.passes, samples, part.passes, part.samples),
         samples=samples + part.samples,
         seconds=before.seconds + part.seconds,
         status=part.status,

@@ -49,7 +49,10 @@ class RenderResult:
     channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
     ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
     ``prediction`` and ``outcome``: error and time as they were expected and as they came, where one was asked for.
-    ``denoised``: what has denoised it, and with which guides; "" where nothing has.
+    ``denoised``: what has denoised it, and with which guides; "" where nothing has. ``passes``: those that the scene's
+    settings ask for, (height, width, channels) by the name that Cycles gives them, row 0 at the bottom; cryptomattes as
+    CryptoObject00, 01, …, light groups as Combined_ and their name. ``sample_counts``: (height, width) samples of each
+    pixel, None where all have as many.
     """
 
     pixels: Pixels
@@ -66,6 +69,8 @@ class RenderResult:
     prediction: Prediction | None = None
     outcome: Outcome | None = None
     denoised: str = ""
+    passes: dict[str, Pixels] = field(default_factory=dict)
+    sample_counts: Pixels | None = None
 
     @property
     def header(self) -> dict[str, str]:
@@ -169,6 +174,21 @@ def _render_instant(
 
 
 def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
+    """The result with its passes, denoised where the scene asks for that."""
+    wanted = job.scene.settings.passes
+    denoised = _denoised(made, job, start)
+    if wanted is None or made.status == "cancelled":
+        return denoised
+    from spectral_core.render.passes.finish import made_passes
+
+    counts = made.sample_counts
+    if counts is None:
+        counts = np.full(made.pixels.shape[:2], float(made.samples), np.float32)
+    passes, notes = made_passes(job, wanted, counts, made.pixels if job.scene.settings.denoise else None)
+    return replace(denoised, passes=passes, notes=(*denoised.notes, *notes), seconds=time.perf_counter() - start)
+
+
+def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
     """The result, denoised where the scene asks for that: each group and band by itself, all with the same guides."""
     if not job.scene.settings.denoise:
         return made
@@ -226,6 +246,7 @@ def _asked(
         band_pixels=made.band_pixels,
         prediction=made.prediction,
         outcome=made.outcome,
+        sample_counts=made.sample_counts,
     )
 
 

@@ -6,6 +6,7 @@ from spectral_core.scene.fluorescent import Fluorescent
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.leaves import (
     Weight,
+    has_holes,
     leaves,
     map_leaves,
     mesh_inputs_of,
@@ -25,6 +26,7 @@ from spectral_core.scene.lights import (
 )
 from spectral_core.scene.motion import Moment
 from spectral_core.scene.paint import Color, ImageTexture, MixedPaint, Paint, Scalar, gray
+from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
 from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
@@ -37,11 +39,13 @@ from spectral_core.scene.surface import (
     Emission,
     Glass,
     Glossy,
+    Holdout,
     Material,
     Metal,
     MixSurface,
     Principled,
     ScatteringMedium,
+    Sheen,
     Subsurface,
     Surface,
     Toon,
@@ -66,6 +70,7 @@ __all__ = [
     "Fluorescent",
     "Glass",
     "Glossy",
+    "Holdout",
     "ImageTexture",
     "Instance",
     "Light",
@@ -73,12 +78,14 @@ __all__ = [
     "Material",
     "Mesh",
     "Metal",
+    "Mist",
     "MixSurface",
     "MixedPaint",
     "Moment",
     "Note",
     "Paint",
     "Panorama",
+    "Passes",
     "Photometry",
     "PointLight",
     "Principled",
@@ -88,6 +95,7 @@ __all__ = [
     "Scalar",
     "ScatteringMedium",
     "Scene",
+    "Sheen",
     "SpectralImage",
     "SpotLight",
     "Subsurface",
@@ -100,6 +108,7 @@ __all__ = [
     "Weight",
     "World",
     "gray",
+    "has_holes",
     "leaves",
     "map_leaves",
     "mesh_inputs_of",

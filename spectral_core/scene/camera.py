@@ -146,5 +146,5 @@ class Film:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of what is rendered: the crop, else the whole frame."""
+        """Width and height of the rendered part: the crop, or the whole frame."""
         return (self.crop[2], self.crop[3]) if self.crop else (self.width, self.height)

@@ -36,7 +36,7 @@ class Mesh:
 
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
     None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
-    ``attributes``: what programs read per vertex. Corners that differ in any of these are separate vertices.
+    ``attributes``: data per vertex for shading programs. Corners that differ in any of these are separate vertices.
     """
 
     name: str
@@ -116,7 +116,7 @@ class Instance:
     as if it were not there. ``is_holdout``: cuts a hole into what the camera sees. ``unlit_by``: names of lights that
     do not light it; ``clear_for``: names of lights that it casts no shadow for. ``color`` (r, g, b, alpha), ``index``
     and ``random`` in [0, 1]: what the Object Info node reads. ``attributes``: more that programs read of it, each a
-    name and three numbers or four.
+    name and three numbers or four. ``shown_as``, ``asset``: names in cryptomattes, where they are not ``name``.
     """
 
     name: str
@@ -132,6 +132,8 @@ class Instance:
     index: int = 0
     random: float = 0.0
     attributes: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    shown_as: str = ""
+    asset: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_object", affine(f"instance {self.name!r}", self.world_from_object))

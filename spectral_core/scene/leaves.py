@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from spectral_core.scene.paint import ImageTexture, MixedPaint, Scalar, SpectralImage
 from spectral_core.scene.shading.program import Computed, Program
-from spectral_core.scene.surface import AddSurface, Closure, MixSurface, Surface
+from spectral_core.scene.surface import AddSurface, Closure, Holdout, MixSurface, Surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +54,15 @@ def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Itera
             yield amount, item
 
 
+def has_holes(scene: Any) -> bool:
+    """Whether a picture of a ``Scene`` may show nothing in places: a transparent film, or holdouts."""
+    if scene.film.transparent or any(instance.is_holdout for instance in scene.instances):
+        return True
+    return any(isinstance(leaf, Holdout) for material in scene.materials for leaf in leaves(material.surface))
+
+
 def leaves(surface: Surface | None) -> Iterator[Closure]:
-    """Every closure that a surface is mixed and added from, whatever its weight."""
+    """Every closure in a surface's mixes and sums, also those of weight 0."""
     stack = [surface]
     while stack:
         item = stack.pop()
@@ -93,16 +100,25 @@ def programs_of(surface: Surface | None) -> Iterator[Program]:
 
 
 def mesh_inputs_of(surface: Surface | None) -> frozenset[str]:
-    """What a surface reads of its mesh: ``"uv"`` for its images, and each input of its programs."""
-    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in simple_values_of(surface))
-    return frozenset(name for program in programs_of(surface) for name in program.inputs) | (
-        {"uv"} if images else set()
-    )
+    """Inputs that a surface reads from its mesh: ``"uv"`` for its images, and those of its programs."""
+    return inputs_of(values_of(surface))
+
+
+def inputs_of(values: Iterable[Any]) -> frozenset[str]:
+    """Inputs that colors and numbers read from a mesh: ``"uv"`` for images, and those of programs."""
+    simple = list(_parts(values))
+    images = any(isinstance(value, (ImageTexture, SpectralImage)) for value in simple)
+    names = (name for value in simple if isinstance(value, Computed) for name in value.program.inputs)
+    return frozenset(names) | ({"uv"} if images else set())
 
 
 def simple_values_of(surface: Surface | None) -> Iterator[Any]:
-    """``values_of`` with each mixed paint divided into what it mixes."""
-    stack = list(values_of(surface))
+    """``values_of`` with each mixed paint divided into its parts."""
+    return _parts(values_of(surface))
+
+
+def _parts(values: Iterable[Any]) -> Iterator[Any]:
+    stack = list(values)
     while stack:
         value = stack.pop()
         if isinstance(value, MixedPaint):

@@ -22,14 +22,14 @@ from spectral_core.scene.rays import Rays
 from spectral_core.scene.surface import ScatteringMedium
 
 LARGEST = 1e30
-"""Largest power or size: what is beyond overflows in the renderer's 32-bit arithmetic."""
+"""Largest power or size; larger numbers overflow in the renderer's 32-bit arithmetic."""
 
 
 @dataclass(frozen=True, slots=True)
 class Falloff:
     """How strength changes with the distance d to the receiver, beside the inverse square: dᵖ · d² / (s + d²).
 
-    ``power``: p, 0 for what is physical, 1 and 2 for Blender's Linear and Constant. ``smooth``: s, softens the center.
+    ``power``: p, 0 is physical, 1 and 2 are Blender's Linear and Constant. ``smooth``: s, softens the center.
     """
 
     power: int = 0
@@ -41,7 +41,7 @@ class Falloff:
 
 
 EVEN = Falloff()
-"""What is physical: the inverse square alone."""
+"""The physical falloff: the inverse square alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,11 +77,11 @@ class _Light:
     hidden_from: Rays = Rays.NONE
     """Kinds of rays that the light does not shine along (other than the camera's)."""
     max_bounces: int = 1024
-    """Bounces after which the light counts no more."""
+    """Bounces after which the light no longer counts."""
     casts_shadow: bool = True
     falloff: Falloff = EVEN
     is_planckian: bool = False
-    """Whether ``color`` only stands for a color temperature, which three channels say as well."""
+    """Whether ``color`` is that of a black body, which three channels represent well."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
@@ -97,7 +97,7 @@ _RANGES = (
     ("angle_rad", 0.0, 2 * np.pi), ("cone_angle_rad", 0.0, 2 * np.pi), ("blend", 0.0, 1.0),
     ("spread_rad", 0.0, 2 * np.pi), ("cone_scale", 1e-9, LARGEST),
 )  # fmt: skip
-"""Every number of a light, with what it may be: NaN and infinity are refused like anything else outside."""
+"""Every number of a light with its range; NaN and infinity are outside of every range."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -59,7 +59,7 @@ class Look:
             return np.eye(3) * factor
         white = xyz_of(normalized(Illuminant("white", self.spectrum.grid, self.spectrum.values)))
         daylight = np.linalg.inv(RGB_FROM_XYZ) @ np.ones(3)
-        # a line may have a cone response near or below 0, which no eye is used to
+        # a spectral line may give a cone response near or below 0, to which no eye adapts
         seen, wanted = np.maximum(_BRADFORD @ white, 0.05), _BRADFORD @ daylight
         adapted = np.linalg.inv(_BRADFORD) @ np.diag(wanted / seen) @ _BRADFORD
         return np.asarray(RGB_FROM_XYZ @ adapted @ np.linalg.inv(RGB_FROM_XYZ) * factor)
@@ -77,7 +77,7 @@ class Look:
 
 
 def _alone(scene: Scene, shines: Any, *, world: bool, glows: Any) -> Scene:
-    """The lights that ``shines`` names, the world or not, and what glows in the groups that ``glows`` names."""
+    """The lights of ``shines``, the world if wanted, and glowing objects of the groups of ``glows``."""
     found = {material.name: _dark(material) for material in scene.materials}
     dark = {name: made for name, made in found.items() if made is not None}
     names = {material.name for material in scene.materials}

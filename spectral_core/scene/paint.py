@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a socket can hold: a color, a spectrum, an image, or two of them mixed."""
+"""Values of a socket: a color, a spectrum, an image, or a mix of two of them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ImageTexture:
 
     @property
     def shape_key(self) -> tuple[str, str, str, str]:
-        """What a kernel must know of it: how it is read, not what it shows."""
+        """Properties that a kernel depends on: how the pixels are read, not their values."""
         return "image", self.color_space, self.extension, self.interpolation
 
 

@@ -10,7 +10,7 @@ from spectral_core.checks import require_range
 
 
 class Rays(IntFlag):
-    """What a ray is, by how it left the last surface; straight through a transparent one it stays what it was."""
+    """Kind of a ray, given by how it left the last surface; a transparent surface does not change it."""
 
     NONE = 0
     CAMERA = 1
@@ -53,7 +53,7 @@ class LightPaths:
 
     @property
     def is_tight(self) -> bool:
-        """Whether they cut off more than Blender's own defaults do, which is what shows."""
+        """Whether they cut off visibly more light than Blender's own defaults do."""
         few = self.diffuse < 4 or self.glossy < 4 or self.transmission < 12 or self.transparent < 8
         dimmed = self.clamp_direct > 0 or 0 < self.clamp_indirect < 10
         return few or dimmed or not (self.reflective_caustics and self.refractive_caustics)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as a whole, what a translation has to say about it, and its hash."""
+"""The whole scene, the notes of its translation, and its hash."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
 from spectral_core.scene.motion import Moment, merged
+from spectral_core.scene.passes import Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths
 from spectral_core.scene.surface import Material
 from spectral_core.spectra.spectrum import Spectrum
@@ -30,13 +31,14 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """What the artist decided; ``None`` leaves the decision to the plan.
+    """Decisions of the artist; ``None`` leaves a decision to the plan.
 
     ``transport``: ``"rgb"`` or ``"spectral"``. ``max_bounces``: surface bounces after the first hit. ``overrides``:
     plan decisions by name that the artist fixed. ``white``: spectrum that emitted colors tint, any scale; None is D65.
     ``light_paths``: limits of the scene's own; ``scene_bounces``: its limit on all bounces, None for none.
     ``target_error`` (mean ΔE2000 of the picture's noise) or ``time_budget_s``: what is sampled for
-    instead of a number of samples. ``denoise``: whether the finished picture is denoised.
+    instead of a number of samples. ``denoise``: whether the finished picture is denoised. ``passes``: what is made
+    beside the picture, None for nothing.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -50,6 +52,7 @@ class RenderSettings:
     target_error: float | None = None
     time_budget_s: float | None = None
     denoise: bool = False
+    passes: Passes | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -55,7 +55,7 @@ class SpectralImage:
         object.__setattr__(self, "uv_from_mesh_uv", frozen_array("uv_from_mesh_uv", self.uv_from_mesh_uv, (3, 3)))
 
     def linear_rgb(self, light: Illuminant) -> NDArray[np.float32]:
-        """Colors (height, width, 3) in linear sRGB under ``light`` of luminance 1: what RGB transport shows."""
+        """Colors (height, width, 3) in linear sRGB under ``light`` of luminance 1, as RGB transport shows them."""
         rgb_from_weights = RGB_FROM_XYZ @ xyz_from_product(light, self.grid) @ self.spectra.T
         colors = np.tensordot(self.weights.astype(np.float32), rgb_from_weights.astype(np.float32), axes=(0, 1))
         return np.ascontiguousarray(colors, dtype=np.float32)

@@ -71,6 +71,7 @@ class Glass(_Numbers):
     ior: float | Spectrum = 1.5
     normal: Computed | None = None
     reflects: bool = True
+    multiple_scattering: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +115,21 @@ class Transparent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Sheen(_Numbers):
+    """Fibers or dust that shine toward grazing angles; ``microfiber``: Blender's own model, else Ashikhmin's."""
+
+    color: Paint = field(default_factory=lambda: gray(0.8))
+    roughness: Scalar = 0.5
+    microfiber: bool = True
+    normal: Computed | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holdout:
+    """Shows nothing; where the camera sees it, the picture has a hole."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Emission(_Numbers):
     """Emits ``color · strength`` as radiance: (1, 1, 1) · 1 is a white pixel of value 1 seen directly."""
 
@@ -154,6 +170,8 @@ class Principled(_Numbers):
     diffuse_roughness: Scalar = 0.0
     multiple_scattering: bool = True
     sheen_weight: Scalar = 0.0
+    sheen_roughness: Scalar = 0.5
+    sheen_tint: Paint = field(default_factory=lambda: gray(1.0))
     subsurface_weight: Scalar = 0.0
     subsurface_radius: tuple[float, float, float] = (1.0, 0.2, 0.1)
     subsurface_scale: Scalar = 0.05
@@ -174,7 +192,7 @@ class MixSurface(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddSurface:
-    """Both at once: the sum of what they scatter and emit."""
+    """Both surfaces at once: their scattered and emitted light is added."""
 
     first: Surface
     second: Surface
@@ -188,6 +206,8 @@ Closure = (
     | Toon
     | Metal
     | Transparent
+    | Holdout
+    | Sheen
     | Emission
     | Principled
     | Subsurface
@@ -227,8 +247,13 @@ class ScatteringMedium(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows."""
+    """A named surface and, where light also travels inside, the medium in it. No surface: only the medium shows.
+
+    ``index``: number for the pass Material Index. ``outputs``: what it writes to AOVs, by their name.
+    """
 
     name: str
     surface: Surface | None = field(default_factory=Diffuse)
     medium: ScatteringMedium | None = None
+    index: int = 0
+    outputs: tuple[tuple[str, Paint | Scalar], ...] = ()

@@ -20,7 +20,7 @@ from spectral_core.errors import UnknownNameError
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 ALIASES = {"sodium": "HP1", "high-pressure sodium": "HP1", "daylight": "D65", "tungsten": "A", "equal energy": "E"}
-"""Names that artists use, and the measured lamp that each stands for."""
+"""Common names of lamps, each with the measured lamp that it means."""
 
 
 @cache

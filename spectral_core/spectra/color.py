@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From tristimulus values to what a screen shows and an eye tells apart: linear sRGB, CIELAB, ΔE.
+"""Tristimulus values as display colors (linear sRGB) and as perceived differences (CIELAB, ΔE).
 
 Colors are arrays (..., 3). XYZ and linear RGB are relative: 1 is the perfect white. The white of CIELAB is an
 argument; its default is the white of the sRGB matrix, so that linear RGB (1, 1, 1) is L* = 100, a* = b* = 0.

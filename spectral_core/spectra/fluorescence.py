@@ -93,7 +93,7 @@ class FluorescentDye:
         return RGB_FROM_XYZ @ xyz_of(self.emission, None, viewer) / _integral(self.emission)
 
     def excitation_on(self, grid: SpectralGrid) -> Array:
-        """Excitation at the knots of a grid, (n,): what the design knows of it."""
+        """Excitation at the knots of a grid, (n,), as the design uses it."""
         return self.excitation.at(grid.wavelengths_nm)
 
     def excitation_at(self, points: Array, grid: SpectralGrid) -> Array:

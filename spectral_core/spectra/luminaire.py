@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 def read_ies(text: str) -> tuple[Array, Array, Array]:
     """Vertical angles (v,), horizontal angles (h,) in radians, and the power of an even light as bright there (h, v).
 
-    Raises FileFormatError for what is no photometric table of type C.
+    Raises FileFormatError if the file holds no photometric table of type C.
     """
     match = re.search(r"^TILT=(\S+)", text, re.MULTILINE)
     if match is None:

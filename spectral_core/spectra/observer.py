@@ -83,7 +83,7 @@ def xyz_from_spectrum(grid: SpectralGrid, viewer: Observer | None = None) -> Arr
 def xyz_from_product(fixed: Spectrum | None, grid: SpectralGrid, viewer: Observer | None = None) -> Array:
     """Matrix (3, n) from the unknown factor of a product of spectra to XYZ: ∫ fixed · hat_j · cmf dλ (Eq. 5.8).
 
-    Exact for what is linear between knots. On a ``"sampled"`` grid it is the thesis' plain sum over knots.
+    Exact for spectra that are linear between knots. On a ``"sampled"`` grid it is the thesis' plain sum over knots.
 
     Parameters
     ----------

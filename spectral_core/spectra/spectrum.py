@@ -2,7 +2,7 @@
 """Sampled spectra: their wavelength grids, illuminants and reflectances.
 
 One ``SpectralGrid`` is shared by design, preview, export and render. Between its knots a spectrum is linear and
-outside of them zero, exactly as the renderer reads it, so that what was designed is what is rendered.
+outside of them zero, exactly as the renderer reads it, so that the designed spectrum is the rendered one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST_KNOTS = 1_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralGrid:
-    """Wavelengths at which spectra are known, and what they mean between them.
+    """Wavelengths at which spectra are known, and the interpolation between them.
 
     ``wavelengths_nm``: ascending, shape (n,), n >= 2, in nanometres. ``interpolation``: ``"linear"`` (hat functions,
     zero outside; what the renderer does) or ``"sampled"`` (each knot stands for its own cell; the plain sum of the
@@ -74,14 +74,14 @@ class SpectralGrid:
 
     @property
     def cell_widths_nm(self) -> NDArray[np.float64]:
-        """Width that each knot stands for, shape (n,), in nm: half-way to its neighbors, ends mirrored."""
+        """Width of each knot's cell, shape (n,), in nm: half-way to its neighbors, ends mirrored."""
         steps = np.diff(self.wavelengths_nm)
         return (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]])) / 2
 
     def values_from_knots(self, wavelengths_nm: ArrayLike) -> NDArray[np.float64]:
         """Matrix (k, n) that evaluates a spectrum of this grid at k wavelengths (nm); zero outside the grid.
 
-        Hat functions for both interpolations: what a ``"sampled"`` grid means differently is its integrals only.
+        Hat functions for both interpolations: a ``"sampled"`` grid differs in its integrals only.
         """
         points = np.atleast_1d(np.asarray(wavelengths_nm, dtype=np.float64))
         left, fraction, inside = self._cells_of(points)
@@ -161,7 +161,7 @@ class Spectrum:
         return self._replaced(grid, self._cell_means(grid))
 
     def _cell_means(self, grid: SpectralGrid) -> NDArray[np.float64]:
-        """Mean over the cell of each knot of ``grid``, exact for what is linear between this spectrum's knots."""
+        """Mean over the cell of each knot of ``grid``, exact, since the spectrum is linear between its knots."""
         knots, half = self.grid.wavelengths_nm, grid.cell_widths_nm / 2
         low, high = grid.wavelengths_nm - half, grid.wavelengths_nm + half
         positions = np.union1d(knots, np.clip(np.concatenate([low, high]), knots[0], knots[-1]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a volume: how a march steps, what it records, and how colors convert that to a picture."""
+"""Pictures of a volume: settings of the march, its records, and their conversion to a picture by colors."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class VolumeImage:
 def palette_matrix(
     transfer: TransferFunction, light: ArrayLike | None = None, colors: ArrayLike | None = None
 ) -> NDArray[np.float64]:
-    """Color of each material under ``light``, (K, channels): what re-illumination and re-palette change."""
+    """Color of each material under ``light``, (K, channels); re-illumination and re-palette change only these."""
     base = transfer.colors
     matrix = base.copy() if colors is None else np.array(frozen_array("colors", colors, base.shape))
     if light is not None:

@@ -105,7 +105,7 @@ class Pilot:
         """(colors, their own SNR, scale of the last march) of the reference.
 
         Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
-        agree too: two marches of one rule may both pass over what its estimate of roughness has no idea of, such as
+        agree too: two marches of one rule may both miss a feature that its estimate of roughness does not see, such as
         the tip of an opaque object that a ray grazes. If these do not agree, uniform steps are halved until they do.
         """
         quadrature: Quadrature = "midpoint" if self.transfer.uses_gradient else "preintegrated"

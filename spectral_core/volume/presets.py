@@ -56,7 +56,7 @@ def _without_fill_values(values: np.ndarray) -> np.ndarray:
 
 
 def _gap(value: float) -> float:
-    """How many times the range of the rest makes a gap: less for a value that often stands for no data."""
+    """Size of a gap, in ranges of the other values: smaller for a value that often marks missing data."""
     magnitude = abs(value)
     known = magnitude in (999.0, 9999.0, 99999.0, 32768.0, 32767.0, 65535.0) or magnitude >= 1e15
     return 1.0 if known or value == -1e9 else 10.0

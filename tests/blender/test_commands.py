@@ -71,6 +71,25 @@ def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
     assert radiance.shape == (12, 20, 7) and radiance.min() > 0
 
 
+def test_render_writes_passes_as_layers(saved, tmp_path, capfd):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    out = tmp_path / "layers.exr"
+    status, text, _ = call(capfd, "render", saved, "--out", out, "--passes", "Depth", "Diffuse Direct", "--json")
+    assert status == 0 and json.loads(text.splitlines()[-1])["frames"][0]["passes"] == ["Depth", "Diffuse Direct"]
+    with OpenEXR.File(str(out), separate_channels=True) as file:
+        names = {channel for part in file.parts for channel in part.channels}
+        depth = next(np.array(p.channels[n].pixels) for p in file.parts for n in p.channels if n.endswith("Depth.Z"))
+    assert {"ViewLayer.Combined.R", "ViewLayer.Depth.Z", "ViewLayer.Diffuse Direct.G"} <= names
+    np.testing.assert_allclose(depth, 5.0, rtol=1e-5)
+    for wrong, message in (
+        (("--out", tmp_path / "a.png", "--multilayer"), "passes fit into an .exr only"),
+        (("--out", out, "--multilayer", "--bands", "4"), "ask for one of them"),
+        (("--out", out, "--passes", "Dept"), "Dept"),
+    ):
+        status, _, error = call(capfd, "render", saved, *wrong)
+        assert status == 1 and message in error
+
+
 def test_render_denoises_where_it_is_asked_and_the_package_is_there(saved, tmp_path, capfd):
     from spectral_core.render.denoise import is_installed
 

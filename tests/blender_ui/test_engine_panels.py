@@ -48,8 +48,7 @@ def test_denoising_is_off_until_the_artist_asks_and_cycles_own_switch_is_cycles(
 def test_passes_that_are_not_rendered_are_named(blender):
     layer = blender.context.view_layer
     assert pass_notes(layer) == ()
-    layer.use_pass_z = layer.use_pass_diffuse_color = True
-    layer.aovs.add().name = "Dust"
+    layer.use_pass_z = layer.use_pass_diffuse_color = layer.use_pass_vector = True
     (note,) = pass_notes(layer)
     assert note.subject == f"view layer {layer.name}"
-    assert note.message == "Depth, Diffuse Color, AOV Dust: not rendered; the file holds Combined only"
+    assert note.message == "Vector: not rendered; the file does not hold it"

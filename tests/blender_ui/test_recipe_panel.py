@@ -9,10 +9,13 @@ import pytest
 pytest.importorskip("bpy")
 pytest.importorskip("colour")
 
+from blender_addon.editing.recipe import give
 from blender_addon.translate.spectra.stored import spectrum_of
+from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.white import LAMP_GRID, cct_and_duv, color_rendering_index, xyz_from_spd
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra.files import write_spectra
+from spectral_core.spectra.spectrum import Reflectance
 
 
 @pytest.fixture
@@ -72,3 +75,30 @@ def test_channels_of_ones_own_and_inks_that_are_missing(blender, recipe, tmp_pat
 def test_nothing_to_copy_is_said(blender, recipe) -> None:
     with pytest.raises(RuntimeError, match="there is no recipe yet"):
         blender.ops.spectral.recipe_copy()
+
+
+def test_a_chip_is_no_recipe_of_itself_and_an_old_recipe_does_not_stay(blender, recipe) -> None:
+    recipe.kind, recipe.wanted, recipe.surface, recipe.most = "PAINTS", "NAMED", "foliage", 3
+    blender.ops.spectral.recipe_find()
+    assert "foliage" not in recipe.text
+    assert recipe.found_kind == "PAINTS"
+    recipe.kind = "INKS"
+    with pytest.raises(InvalidInputError, match="there is no recipe yet"):
+        give(blender.context.scene, blender.data.materials.new("paper"))
+    with pytest.raises(RuntimeError, match="differ from maker to maker"):
+        blender.ops.spectral.recipe_find()
+    assert not recipe.text
+
+
+def test_what_the_core_refuses_is_said_rather_than_changed(blender, recipe, tmp_path) -> None:
+    recipe.kind, recipe.most = "LAMP", 2
+    with pytest.raises(RuntimeError, match="a white takes three channels"):
+        blender.ops.spectral.recipe_find()
+    percent = [Reflectance(name, LAMP_GRID, np.full(LAMP_GRID.size, value)) for name, value in (("a", 0.2), ("b", 0.9))]
+    write_spectra(tmp_path / "percent.csv", percent)
+    words = (tmp_path / "percent.csv").read_text("utf-8").replace("0.2", "20").replace("0.9", "90")
+    (tmp_path / "percent.csv").write_text(words, "utf-8")
+    recipe.kind, recipe.library, recipe.filepath = "PAINTS", "FILE", str(tmp_path / "percent.csv")
+    recipe.wanted, recipe.surface, recipe.most = "NAMED", "foliage", 4
+    with pytest.raises(RuntimeError, match="expected 0 to 1"):
+        blender.ops.spectral.recipe_find()

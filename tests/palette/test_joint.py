@@ -8,13 +8,16 @@ import pytest
 
 from benchmarks._palette_hard_check import side_gains
 from benchmarks.palette_joint import generated_palette
-from spectral_core.palette import PaletteProblem, solve_palette
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.design.interior import joint_descent
 from spectral_core.palette.design.joint import Joint
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import SpectralGrid
 
 
 def _joint(problem: PaletteProblem, rounds: int = 2) -> tuple[Joint, Assembler]:
@@ -81,3 +84,10 @@ def test_solved_palettes_are_optimal_for_clarabel(seed: int) -> None:
     gains = side_gains(solution)
     assert gains.pop("exact") < 1e-6
     assert max(gains.values()) < 1e-6
+
+
+def test_a_table_in_which_nothing_is_asked_for_is_solved() -> None:
+    grid = SpectralGrid(np.linspace(400, 700, 31))
+    light = PaletteLight(normalized(illuminant("D65")).resampled(grid), free=True)
+    problem = PaletteProblem(grid, [light], [PaletteReflectance("any")], [[Cell.free()]])
+    assert solve_palette(problem).status.trusted

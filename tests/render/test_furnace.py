@@ -44,6 +44,7 @@ SURFACES = {
     "plastic": Principled(WHITE),
     "polished plastic": Principled(WHITE, roughness=0.1, ior=1.8),
     "coated metal": Principled(WHITE, metallic=1.0, coat_weight=1.0),
+    "velvet": Principled(WHITE, sheen_weight=1.0, sheen_roughness=0.6),
     "half transparent": Principled(WHITE, alpha=0.4),
     "half glass": Principled(WHITE, transmission=0.5, roughness=0.0, metallic=0.3),
 }

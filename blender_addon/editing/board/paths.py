@@ -64,7 +64,7 @@ class Number:
 
 
 def number_at(path: str) -> Number:
-    """The number of a full data path. Raises InvalidInputError where nothing or no number is there."""
+    """The number of a full data path. Raises InvalidInputError if the path leads nowhere or to no number."""
     block, rest = block_at(path)
     found = place_in(block, rest)
     element = None if found is None else found.element()

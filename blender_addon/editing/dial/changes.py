@@ -113,7 +113,7 @@ def recorded_parts(scene: Scene) -> dict[str, str]:
 
 
 def compare(scene: Scene) -> str:
-    """Compare the scene with the recorded one, store on the dial what differs, and return it; "" where nothing does."""
+    """Compare the scene with the recorded one, store the differences on the dial and return them; "" for none."""
     dial, recorded = scene.spectral.dial, recorded_parts(scene)
     if not dial.scene_hash or not recorded:
         return ""
@@ -130,7 +130,7 @@ def compare(scene: Scene) -> str:
 
 
 def told(recorded: dict[str, str], now: dict[str, str]) -> str:
-    """What differs, in words."""
+    """The differences, in words."""
     found = [f"{name} was removed" for name, before in recorded.items() if name not in now and before != HIDDEN]
     found += [f"{name} was added" for name, after in now.items() if name not in recorded and after != HIDDEN]
     both = [name for name in recorded if HIDDEN not in (recorded[name], now.get(name, HIDDEN))]

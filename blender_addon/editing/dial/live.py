@@ -34,10 +34,20 @@ class _Session:
 
     stamp: tuple[str, int, int]
     live: Any
-    lamps: list[str]
+    lamps: list[Any]
 
 
 _sessions: dict[int, _Session] = {}
+_designed: dict[int, dict[str, tuple[Any, float]]] = {}
+"""By scene and bulb the spectrum that a palette has found for its lights, and a factor on their brightness."""
+
+
+def design(scene: Scene, lights: dict[str, tuple[Any, float]]) -> bool:
+    """Let bulbs shine with spectra that are not applied yet, those alone; True where others did before."""
+    before = _designed.pop(scene.session_uid, {})
+    if lights:
+        _designed[scene.session_uid] = lights
+    return bool(before)
 
 
 def transport_path(dial: PropertyGroup) -> Path:
@@ -83,7 +93,7 @@ def live_mix(scene: Scene) -> Any:
         known = _Session(stamp, LiveMix(transport), [""] * len(transport.groups))
         _sessions[scene.session_uid] = known
     _require_same_bulbs(dial, known.live.transport)
-    _assign_lamps(dial, known)
+    _assign_lamps(scene, known)
     return known.live
 
 
@@ -105,19 +115,24 @@ def _require_same_bulbs(dial: PropertyGroup, transport: Transport) -> None:
         )
 
 
-def _assign_lamps(dial: PropertyGroup, session: _Session) -> None:
-    """Give each group the lamp that its bulb names, and its own spectrum back where it names none any more."""
+def _assign_lamps(scene: Scene, session: _Session) -> None:
+    """Give each group the designed light or the lamp of its bulb, and its own spectrum back where it has none any more.
+
+    A lamp is known by its name, a designed light by its spectrum.
+    """
     from spectral_core.render.relight.mix import LiveMix
 
     from ...translate.spectra import catalogue
 
-    wanted = [bulb.lamp for bulb in dial.bulbs]
-    if any(before and not now for before, now in zip(session.lamps, wanted, strict=True)):
+    dial, designed = scene.spectral.dial, _designed.get(scene.session_uid, {})
+    wanted = [designed[bulb.name][0] if bulb.name in designed else bulb.lamp for bulb in dial.bulbs]
+    if any(before != "" and now == "" for before, now in zip(session.lamps, wanted, strict=True)):
         session.live = LiveMix(session.live.transport)
         session.lamps = [""] * len(wanted)
     for number, (before, now) in enumerate(zip(session.lamps, wanted, strict=True)):
-        if now and now != before:
-            session.live.set_light(dial.bulbs[number].name, catalogue.named("illuminant", now))
+        if now is not before and now != "" and now != before:
+            light = catalogue.named("illuminant", now) if isinstance(now, str) else now
+            session.live.set_light(dial.bulbs[number].name, light)
             session.lamps[number] = now
 
 
@@ -136,7 +151,9 @@ def show(scene: Scene) -> Any:
     """
     dial = scene.spectral.dial
     try:
-        pixels = live_mix(scene).picture(weights_of(dial))
+        designed = _designed.get(scene.session_uid, {})
+        factors = [designed[bulb.name][1] if bulb.name in designed else 1.0 for bulb in dial.bulbs]
+        pixels = live_mix(scene).picture(weights_of(dial) * factors)
     except (SpectralError, OSError) as error:
         dial.message = str(error)
         raise
@@ -145,6 +162,13 @@ def show(scene: Scene) -> Any:
     image = _store(pixels)
     place(scene, image, over_camera=dial.over_camera)
     return image
+
+
+def uncover(scene: Scene) -> None:
+    """Take the picture away from the camera view until it is shown again."""
+    image = bpy.data.images.get(PICTURE)
+    if image is not None:
+        place(scene, image, over_camera=False)
 
 
 def _store(pixels: np.ndarray) -> Any:
@@ -202,6 +226,7 @@ def _after_undo(scene: Scene | None, *_rest: object) -> None:
 def _after_load(*_: object) -> None:
     """Forget the recording in memory when another file is opened."""
     _sessions.clear()
+    _designed.clear()
     LIVE.cancel()
     if not bpy.app.background:
         changed(bpy.context.scene)
@@ -224,4 +249,5 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(Topic.DIAL)
     _sessions.clear()
+    _designed.clear()
     LIVE.cancel()

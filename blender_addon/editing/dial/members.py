@@ -128,14 +128,14 @@ def _require_writable(kept: PropertyGroup) -> None:
     owner = kept.owner
     if owner is None:
         raise InvalidInputError("a light behind the dial was deleted; record the transport again")
-    block = _block(kept)
+    block = block_of(kept)
     if block is None or (kept.node and kept.node not in compat.node_tree(block).nodes):
         raise InvalidInputError(f"{owner.name!r} does not shine as it did when it was recorded; record it again")
     if owner.library is not None or block.library is not None:
         raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
 
 
-def _block(kept: PropertyGroup) -> ID | None:
+def block_of(kept: PropertyGroup) -> ID | None:
     """The data-block that holds the number: the lamp, the material in the slot, or the world."""
     owner = kept.owner
     if isinstance(owner, bpy.types.World):
@@ -176,7 +176,7 @@ def _users(owner: ID, slot: int) -> list[tuple[Any, int]]:
 
 
 def _write(kept: PropertyGroup, value: float) -> None:
-    block = _block(kept)
+    block = block_of(kept)
     assert block is not None  # _require_writable has checked it
     if not kept.node:
         block.energy = value

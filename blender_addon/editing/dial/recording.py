@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A transport render of a Blender scene: what it needs, and which lights must be rendered anew."""
+"""A transport render of a Blender scene: its input, and the lights that must be rendered anew."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Recording:
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, now, kept, again)
 
     def run(self) -> None:
-        """Render; an error is kept for whoever waits."""
+        """Render; an error is kept for the waiting thread."""
         from spectral_core.render.relight.dial import MOST_BULBS
         from spectral_core.render.relight.transport import record_transport
 
@@ -76,7 +76,7 @@ class Recording:
 
     @property
     def told(self) -> str:
-        """What was recorded, for the artist, where it was not everything."""
+        """Message about a recording that does not cover everything."""
         if self.again is None:
             return ""
         names = ", ".join(name or "ungrouped" for name in self.again)
@@ -130,7 +130,7 @@ def _kept(scene: Scene, now: Any) -> tuple[Transport | None, tuple[str, ...] | N
 
 
 def remember_recorded(scene: Scene, recording: Recording) -> None:
-    """Store what the recording depends on, to tell later what has changed."""
+    """Store the hashes of the recording's inputs, to find later changes."""
     changes.remember_parts(scene, recording.parts)
     found = recording.fingerprint
     scene.spectral.dial.recorded_groups = json.dumps({"rest": found.rest, "groups": found.groups})

@@ -26,7 +26,7 @@ def edited(properties: bpy.types.PropertyGroup) -> None:
 
 
 def _live_switched(palette: bpy.types.PropertyGroup) -> None:
-    """Solve what changed while Live was off."""
+    """Solve the changes made while Live was off."""
     if palette.live and palette.is_stale:
         LIVE.request(palette.id_data)
 

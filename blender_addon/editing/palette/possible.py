@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Possible? For the selected cell: what the core says, kept for the panel, with a picture of the set."""
+"""Possible? The core's answer for the selected cell, kept for the panel, with a picture of the set."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Between two edits of a table: what changed, told to the core's live session so that it solves only that."""
+"""The changes between two edits of a table, for the core's live session, which solves only these."""
 
 from dataclasses import fields
 from typing import Any
@@ -13,7 +13,7 @@ _sessions: dict[int, Any] = {}
 """Live session by scene. Not saved: a file that is opened starts a new one."""
 
 TABLE = ("grid", "lights", "reflectances", "cells")
-"""What of a problem is compared entry by entry; every other attribute is a setting and is compared as it is."""
+"""Attributes of a problem that are compared entry by entry; every other attribute is compared as a whole."""
 
 
 def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:

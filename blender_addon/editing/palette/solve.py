@@ -13,6 +13,7 @@ from ...translate.palette.paint import solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
+from . import picture
 from .session import forget_sessions, live_solution
 
 _last: dict[int, PaletteSolution] = {}
@@ -20,7 +21,7 @@ _last: dict[int, PaletteSolution] = {}
 
 
 def solve_scene(scene: Scene) -> PaletteSolution | None:
-    """Solve from the start, whatever it takes; None where the table cannot be solved, and ``message`` says why."""
+    """Solve from the start without a time limit; None if the table cannot be solved (``message`` says why)."""
     return _solve(scene, lambda problem: solver_of(scene.spectral.palette)(problem))
 
 
@@ -67,6 +68,7 @@ def _solve(
         palette.message = ""
         palette.is_stale = False
     _last[scene.session_uid] = solution
+    picture.follow(scene)
     return solution
 
 

@@ -28,6 +28,7 @@ from ...translate.viewport.kept import Kept
 from ...translate.viewport.look import look_of
 from ...translate.viewport.viewpoint import viewpoint_of
 from ...translate.visibility import cycles_settings
+from ..palette.picture import shown_in
 
 FIRST_WAIT_S = 0.08
 """How long a redraw waits for the first picture of a change, less what the change itself has taken: a later picture
@@ -37,11 +38,15 @@ _names = itertools.count(1)
 
 @dataclass
 class _Stage:
-    """What several views of one scene share. ``users``: names of the views. ``moment``: what ``kept`` is of."""
+    """What several views of one scene share.
+
+    ``users``: names of the views. ``moment``, ``designed``: frame and palette that ``kept`` is of.
+    """
 
     kept: Kept = field(default_factory=Kept)
     users: set[str] = field(default_factory=set)
     moment: Any = None
+    designed: dict[int, Any] = field(default_factory=dict)
 
     def keep_up(self, depsgraph: Any) -> None:
         """Forget what edits have touched, and everything where Blender does not tell what has changed."""
@@ -51,6 +56,9 @@ class _Stage:
             self.kept.clear()
             self.moment = moment
         self.kept.forget(depsgraph.updates)
+        before, self.designed = self.designed, shown_in(source)
+        keys = before.keys() | self.designed.keys()
+        self.kept.drop({key for key in keys if before.get(key) is not self.designed.get(key)})
 
 
 _stages: dict[str, _Stage] = {}
@@ -106,7 +114,7 @@ class ViewSession:
         _stages[stage].keep_up(depsgraph)
         settings = depsgraph.scene.spectral.viewport
         try:
-            scene = self._translated(context, depsgraph, _stages[stage].kept)
+            scene = self._translated(context, depsgraph, _stages[stage])
             chosen = [settings.look, settings.other][: 2 if settings.is_split else 1]
             looks = [look_of(look, depsgraph.scene) for look in chosen]
         except SpectralError as error:
@@ -140,7 +148,7 @@ class ViewSession:
             _stages.setdefault(stage, _Stage()).users.add(self.name)
         return stage
 
-    def _translated(self, context: Any, depsgraph: Any, kept: Kept) -> Scene:
+    def _translated(self, context: Any, depsgraph: Any, stage: _Stage) -> Scene:
         space, source = context.space_data, depsgraph.scene_eval
         is_local = space.local_view is not None or space.use_local_collections
 
@@ -153,7 +161,9 @@ class ViewSession:
             filter_width=filter_width_of(source.render),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # what a view looks through is asked for with each picture
-        return translate_scene(depsgraph, film=film, seen_from=camera, shows=shows, kept=kept)
+        return translate_scene(
+            depsgraph, film=film, seen_from=camera, shows=shows, kept=stage.kept, designed=stage.designed
+        )
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
         """The pictures to draw now, from left to right; asks for new ones where anything has changed."""

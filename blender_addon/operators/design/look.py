@@ -86,7 +86,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        """Follow the mouse until it is let go."""
+        """Follow the mouse until its button is released."""
         settings = context.scene.spectral.viewport
         if event.type == "MOUSEMOVE":
             settings.divider = min(max(event.mouse_region_x / max(context.region.width, 1), 0.0), 1.0)

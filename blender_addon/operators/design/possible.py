@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ask what the selected cell can show, and take the nearest color that it can."""
+"""Find the colors that the selected cell can show, and use the nearest one."""
 
 import bpy
 from bpy.types import Context

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find a recipe, copy it, use what it makes."""
+"""Find a recipe, copy it, use its spectrum."""
 
 import bpy
 from bpy.types import Context

@@ -2,12 +2,25 @@
 """Solved spectra of the palette, given to materials, lights and worlds of the scene."""
 
 import math
+from collections.abc import Iterator
 
-from bpy.types import ID, PropertyGroup, Scene
+import bpy
+import numpy as np
+from bpy.types import ID, NodeSocket, PropertyGroup, Scene
 
-from spectral_core.spectra.observer import xyz_of
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized, xyz_of
+from spectral_core.spectra.spectrum import Spectrum
 
+from ... import compat
 from ..spectra.stored import carried_spectrum, kind_of, store_spectrum
+
+DIFFUSE = {"BSDF_PRINCIPLED": "Base Color", "BSDF_DIFFUSE": "Color"}
+OTHER = dict.fromkeys(
+    ("BSDF_GLOSSY", "BSDF_METALLIC", "BSDF_GLASS", "BSDF_TRANSLUCENT", "BSDF_TOON", "BSDF_TRANSPARENT"), "Color"
+) | {"BSDF_METALLIC": "Base Color"}
+"""Inputs that the spectrum of a material stands for, by type of node: the second where a tree has none of the first."""
 
 
 def level_of(palette: PropertyGroup) -> float:
@@ -32,16 +45,53 @@ def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None
     InvalidInputError
         Where the palette is not solved, or ``target`` is linked from another file.
     """
-    spectrum = carried_spectrum(entry, "result")
-    strength = 1.0
-    if kind_of(entry) == "illuminant":
-        strength = float(xyz_of(spectrum)[1]) / (level_of(entry.id_data.spectral.palette) if level is None else level)
+    spectrum, strength = designed(entry, level_of(entry.id_data.spectral.palette) if level is None else level)
     store_spectrum(target.spectral, spectrum, strength=strength)
-    target.spectral.dyes.clear()
-    for designed in getattr(entry, "dyes", ()):
-        carried = target.spectral.dyes.add()
-        for name in ("excitation_nm", "emission_nm", "amount"):
-            setattr(carried, name, getattr(designed, name))
+
+
+def designed(entry: PropertyGroup, level: float) -> tuple[Spectrum, float]:
+    """Solved spectrum of a row or column, and the factor on the power of a light that has it.
+
+    ``level``: brightness that is left to the camera's exposure. Raises InvalidInputError where nothing is solved.
+    """
+    spectrum = carried_spectrum(entry, "result")
+    return spectrum, float(xyz_of(spectrum)[1]) / level if kind_of(entry) == "illuminant" else 1.0
+
+
+def store_colors(target: ID) -> None:
+    """Give a material or light the color of the spectrum that it carries, which Solid mode and EEVEE show.
+
+    A material has its color under D65; a light that of its own light, as bright as white. Inputs that nodes feed stay
+    as they are, and so do worlds. A color outside of sRGB becomes the nearest that has no channel below 0.
+    """
+    if not isinstance(target, (bpy.types.Light, bpy.types.Material)):
+        return
+    spectrum = carried_spectrum(target)
+    if isinstance(target, bpy.types.Light):
+        xyz = xyz_of(spectrum)
+        rgb = linear_rgb_from_xyz(xyz / xyz[1] if xyz[1] > 0 else xyz)
+    else:
+        rgb = linear_rgb_from_product(normalized(illuminant("D65")), spectrum.grid) @ spectrum.values
+    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
+    color = np.maximum(rgb if matrix is None else np.linalg.solve(matrix, rgb), 0.0)
+    if isinstance(target, bpy.types.Light):
+        target.color = color
+        return
+    painted = (*np.minimum(color, 1.0), 1.0)
+    target.diffuse_color = painted
+    for socket in _main_colors(target):
+        if not socket.is_linked:
+            socket.default_value = painted
+
+
+def _main_colors(material: bpy.types.Material) -> Iterator[NodeSocket]:
+    tree = compat.node_tree(material)
+    nodes = () if tree is None else tree.nodes
+    names = DIFFUSE if any(node.type in DIFFUSE for node in nodes) else OTHER
+    for node in nodes:
+        socket = node.inputs.get(names.get(node.type, ""))
+        if socket is not None:
+            yield socket
 
 
 def expose(scene: Scene, level: float) -> None:

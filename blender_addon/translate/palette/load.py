@@ -17,9 +17,9 @@ from .table import add_lamp, add_light, add_material, clear, paused, set_referen
 
 
 def store_problem(palette: PropertyGroup, problem: PaletteProblem) -> list[str]:
-    """Replace the table by ``problem``; returns what it could not hold as it was, in words.
+    """Replace the table by ``problem``; returns the losses, in words.
 
-    Raises InvalidInputError, the table unchanged, where the problem asks for what the table has no place for.
+    Raises InvalidInputError, the table unchanged, if the problem has requests that the table cannot hold.
     """
     require_storable(problem)
     notes: list[str] = []

@@ -75,7 +75,7 @@ _READ: dict[str, Callable[[Values], Any]] = {
     "observers": _observers,
     **{core: _bounds(core) for core in PHYSICAL},
 }
-"""What an attribute of the core is read by, where its value is not the property's own."""
+"""Functions that read a core attribute from a property of another type."""
 _STORED: dict[str, Callable[[Any], Any]] = {
     "grid_start": lambda grid: grid.wavelengths_nm[0],
     "grid_stop": lambda grid: grid.wavelengths_nm[-1],
@@ -83,4 +83,4 @@ _STORED: dict[str, Callable[[Any], Any]] = {
     "observers": set,
     "allow_negative": lambda bounds: bounds[0] < 0,
 }
-"""What a property is stored by, where its value is not the core's own."""
+"""Functions that store a core attribute in a property of another type."""

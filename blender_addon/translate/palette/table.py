@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rows, columns and cells of the palette table: adding, removing, finding, and what one cell refers to.
+"""Rows, columns and cells of the palette table: adding, removing, finding, and the references of a cell.
 
 Cells refer to each other by lasting numbers, so that moving or renaming a row or column breaks nothing.
 """
@@ -185,7 +185,7 @@ def set_references(palette: PropertyGroup, cell: PropertyGroup, others: list[Pla
 
 
 def fill_references(cell: PropertyGroup) -> None:
-    """What a newly chosen mode most often refers to: the row above, the other lights, or the rest of the column."""
+    """The usual reference of a newly chosen mode: the row above, the other lights, or the rest of the column."""
     if cell.mode not in REFERRING:
         return
     palette = palette_of(cell)

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from spectral_core.scene import Color, Diffuse, Material, Surface, gray, mesh_inputs_of
+from spectral_core.scene.leaves import inputs_of
 
 from ... import compat
 from .. import spectra
 from ..context import Translation
 from . import media
+from .aovs import aov_outputs
+from .carried.dyes import with_dyes
+from .carried.spectrum import covers_texture, with_spectrum
 from .coordinate_nodes import raised_normal
-from .dyes import with_dyes
-from .material_spectrum import covers_texture, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output
@@ -79,4 +81,6 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = with_spectrum(surface, spectrum)
     if surface is not None:
         surface = with_dyes(translation, surface, material, spectrum)
-    return TranslatedMaterial(Material(name, surface, medium), mesh_inputs_of(surface))
+    outputs = aov_outputs(reader, tree)
+    made = Material(name, surface, medium, index=int(material.pass_index), outputs=outputs)
+    return TranslatedMaterial(made, mesh_inputs_of(surface) | inputs_of(value for _, value in outputs))

@@ -21,7 +21,7 @@ from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of,
 from .tree import Input, Output
 
 NEUTRAL = 0.5
-"""Gray that stands in for a picture or pattern that cannot be had."""
+"""Gray in place of a picture or pattern that is not available."""
 MOST_NESTED = 2000
 """Nodes in a row that are followed."""
 
@@ -111,7 +111,7 @@ class Reader:
     # what the nodes' evaluators ask for
 
     def field(self, place: Input) -> Field:
-        """What a socket evaluates to."""
+        """Value of a socket."""
         source = place.source()
         if isinstance(source, Input):
             return self.constant(source)
@@ -134,7 +134,7 @@ class Reader:
         return found
 
     def as_field(self, found: Any, kind: str) -> Field:
-        """What an evaluator returned, as a field: plain numbers and colors are entered."""
+        """Result of an evaluator as a field; plain numbers and colors become constants."""
         if isinstance(found, Value):
             return replace(found, kind=kind) if kind in ("VALUE", "RGBA", "VECTOR") else found
         if isinstance(found, (Spectrum, SpectralImage, Mixed)):
@@ -227,7 +227,7 @@ def _holds_spectrum(field: Field) -> bool:
 
 
 EVALUATORS: dict[str, Callable[[Reader, Output], Any]] = {}
-"""Node type of Blender to what evaluates it; filled by the modules that know the nodes."""
+"""Evaluator by Blender's node type, filled by the modules of the nodes."""
 
 
 def evaluator(*kinds: str) -> Callable[[Callable[[Reader, Output], Any]], Callable[[Reader, Output], Any]]:

@@ -5,22 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from spectral_core.scene import (
-    IOR,
     LARGEST,
     AddSurface,
-    Computed,
     Diffuse,
     Emission,
     Glass,
     Glossy,
+    Holdout,
     Metal,
     MixSurface,
-    Paint,
-    Principled,
     Scalar,
+    Sheen,
     Subsurface,
     Surface,
     Toon,
@@ -31,10 +27,10 @@ from spectral_core.scene import (
 
 from .. import spectra
 from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (the node modules teach Reader what they know)
-from .conductor import conductor_colors
-from .coordinate_nodes import round_tangent
-from .fields import mean_color, scalar_of
+from .fields import scalar_of
+from .principled import principled
 from .reader import Reader
+from .shader_inputs import conductor_colors, direction_at, ior, lobe_tangent, main_color, note_model, radius_of
 from .tree import Input, Output, linked
 
 BLACK = Diffuse(gray(0.0))
@@ -49,41 +45,19 @@ def surface_of(reader: Reader, place: Input | None) -> Surface:
     read = SURFACES.get(source.node.type)
     if read is None:
         reader.note(f"the shader {source.label!r} is not understood; a plain diffuse surface was used for it")
-        return Diffuse(_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
+        return Diffuse(main_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
     return read(reader, source)
-
-
-def _color(reader: Reader, output: Output, fallback: float, name: str = "Color") -> Paint:
-    """Main color of a shader node: the spectrum it carries, else its socket."""
-    spectrum = spectra.spectrum_of(reader.translation, output.node)
-    return spectrum if spectrum is not None else reader.paint(output.input(name), gray(fallback))
-
-
-def _vector(reader: Reader, output: Output, name: str) -> Computed | None:
-    """What is linked to a normal or tangent socket, None where nothing is."""
-    place = output.input(name)
-    if place is None or linked(place) is None:
-        return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
-    value = reader.as_value(reader.field(place))
-    return Computed(value.program(3))
-
-
-def _tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed | None:
-    """Direction of an anisotropic lobe: what is linked, else around the object's Z axis, as in Cycles."""
-    if anisotropy == 0:
-        return None
-    return _vector(reader, output, "Tangent") or Computed(round_tangent(reader).program(3))
 
 
 def _diffuse(reader: Reader, output: Output) -> Surface:
     roughness = reader.scalar(output.input("Roughness"), 0.0)
-    return Diffuse(_color(reader, output, 0.8), roughness, _vector(reader, output, "Normal"))
+    return Diffuse(main_color(reader, output, 0.8), roughness, direction_at(reader, output, "Normal"))
 
 
 def _diffuse_like(what: str) -> Callable[[Reader, Output], Surface]:
     def read(reader: Reader, output: Output) -> Surface:
         reader.note(f"{output.label!r} is shown as a diffuse surface: {what}")
-        return Diffuse(_color(reader, output, 0.8), normal=_vector(reader, output, "Normal"))
+        return Diffuse(main_color(reader, output, 0.8), normal=direction_at(reader, output, "Normal"))
 
     return read
 
@@ -99,14 +73,14 @@ def _glossy(reader: Reader, output: Output) -> Surface:
         reader.note(f"{output.label!r}: Ashikhmin-Shirley is rendered as Beckmann, whose lobe is nearly the same")
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Glossy(
-        _color(reader, output, 0.8),
+        main_color(reader, output, 0.8),
         _roughness(reader, output, 0.5),
         distribution == "MULTI_GGX",
         anisotropy,
         reader.scalar(output.input("Rotation"), 0.0),
-        _tangent(reader, output, anisotropy),
+        lobe_tangent(reader, output, anisotropy),
         "beckmann" if distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY") else "ggx",
-        _vector(reader, output, "Normal"),
+        direction_at(reader, output, "Normal"),
     )
 
 
@@ -114,7 +88,7 @@ def _metallic(reader: Reader, output: Output) -> Surface:
     node = output.node
     if getattr(node, "distribution", "") == "BECKMANN":
         reader.note(f"{output.label!r}: its distribution is replaced by GGX")
-    color, edge = _color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
+    color, edge = main_color(reader, output, 0.6, "Base Color"), reader.paint(output.input("Edge Tint"), gray(0.7))
     if getattr(node, "fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
         index, extinction = (reader.vector(output.input(name), 1.0) for name in ("IOR", "Extinction"))
         color, edge = conductor_colors(index, extinction)
@@ -125,42 +99,49 @@ def _metallic(reader: Reader, output: Output) -> Surface:
         _roughness(reader, output, 0.5),
         anisotropy,
         reader.scalar(output.input("Rotation"), 0.0),
-        _tangent(reader, output, anisotropy),
+        lobe_tangent(reader, output, anisotropy),
         getattr(node, "distribution", "") == "MULTI_GGX",
-        _vector(reader, output, "Normal"),
+        direction_at(reader, output, "Normal"),
     )
 
 
 def _glass(reader: Reader, output: Output) -> Surface:
     refracts_only = output.node.type == "BSDF_REFRACTION"
     index = ior(reader, output.input("IOR"), 1.5)
-    normal = _vector(reader, output, "Normal")
-    return Glass(_color(reader, output, 1.0), _roughness(reader, output, 0.0), index, normal, not refracts_only)
-
-
-def ior(reader: Reader, place: Input | None, fallback: float) -> float:
-    """Index of refraction: one number, within what a dielectric can have."""
-    value = reader.number(place, fallback)
-    return min(max(value, IOR[0]), IOR[1])
+    normal = direction_at(reader, output, "Normal")
+    keeps_energy = not refracts_only and getattr(output.node, "distribution", "") == "MULTI_GGX"
+    roughness = _roughness(reader, output, 0.0)
+    return Glass(main_color(reader, output, 1.0), roughness, index, normal, not refracts_only, keeps_energy)
 
 
 def _transparent(reader: Reader, output: Output) -> Surface:
-    return Transparent(_color(reader, output, 1.0))
+    return Transparent(main_color(reader, output, 1.0))
 
 
 def _translucent(reader: Reader, output: Output) -> Surface:
-    return Translucent(_color(reader, output, 0.8), _vector(reader, output, "Normal"))
+    return Translucent(main_color(reader, output, 0.8), direction_at(reader, output, "Normal"))
+
+
+def _sheen(reader: Reader, output: Output) -> Surface:
+    microfiber = getattr(output.node, "distribution", "MICROFIBER") == "MICROFIBER"
+    roughness = reader.scalar(output.input("Roughness"), 0.5)
+    return Sheen(main_color(reader, output, 0.8), roughness, microfiber, direction_at(reader, output, "Normal"))
+
+
+def _velvet(reader: Reader, output: Output) -> Surface:
+    sigma = reader.scalar(output.input("Sigma"), 1.0)
+    return Sheen(main_color(reader, output, 0.8), sigma, False, direction_at(reader, output, "Normal"))
 
 
 def _toon(reader: Reader, output: Output) -> Surface:
     size, smooth = (reader.scalar(output.input(name), fallback) for name, fallback in (("Size", 0.5), ("Smooth", 0.0)))
     glossy = output.node.component == "GLOSSY"
-    return Toon(_color(reader, output, 0.8), size, smooth, glossy, _vector(reader, output, "Normal"))
+    return Toon(main_color(reader, output, 0.8), size, smooth, glossy, direction_at(reader, output, "Normal"))
 
 
 def _emission(reader: Reader, output: Output) -> Surface:
     strength = _scaled(reader, output, spectra.strength_of(reader.translation, output.node))
-    return Emission(_color(reader, output, 1.0), strength)
+    return Emission(main_color(reader, output, 1.0), strength)
 
 
 def _scaled(reader: Reader, output: Output, factor: float) -> Scalar:
@@ -190,92 +171,27 @@ def _add(reader: Reader, output: Output) -> Surface:
 
 
 def _holdout(reader: Reader, output: Output) -> Surface:
-    reader.note(f"{output.label!r} cuts no hole into the picture here; it is black")
+    return Holdout()
+
+
+def _eevee(reader: Reader, output: Output) -> Surface:
+    reader.note(f"{output.label!r} is a shader of EEVEE alone; it is black, as in Cycles")
     return BLACK
 
 
 def _subsurface(reader: Reader, output: Output) -> Surface:
-    _note_model(reader, output, getattr(output.node, "falloff", "RANDOM_WALK"))
+    note_model(reader, output, getattr(output.node, "falloff", "RANDOM_WALK"))
     return Subsurface(
-        _color(reader, output, 0.8),
-        _radius(reader, output, "Radius"),
+        main_color(reader, output, 0.8),
+        radius_of(reader, output, "Radius"),
         reader.scalar(output.input("Scale"), 0.05),
         reader.number(output.input("Anisotropy"), 0.0),
-        _vector(reader, output, "Normal"),
-    )
-
-
-def _note_model(reader: Reader, output: Output, model: str) -> None:
-    if model != "RANDOM_WALK":
-        reader.note(f"{output.label!r}: light below the surface goes by Random Walk instead of {model.capitalize()}")
-
-
-def _radius(reader: Reader, output: Output, name: str) -> tuple[float, float, float]:
-    """Radii of red, green and blue, one for the whole surface."""
-    if (value := reader.read(output, name, np.array((1.0, 0.2, 0.1)))).constant is None:
-        reader.note(f"{output.label!r}: a radius that varies is shown with its mean")
-    red, green, blue = (float(part) for part in np.broadcast_to(mean_color(value), (3,)))
-    return max(red, 0.0), max(green, 0.0), max(blue, 0.0)
-
-
-PRINCIPLED_UNUSED = {
-    "Thin Film Thickness": "its thin film is left out",
-}
-
-
-def _principled(reader: Reader, output: Output) -> Surface:
-    for name, message in PRINCIPLED_UNUSED.items():
-        place = output.input(name)
-        if place is not None and (linked(place) is not None or np.any(np.asarray(place.default) != 0)):
-            reader.note(f"{output.label!r}: {message}")
-    coat_normal = output.input("Coat Normal")
-    normal = _vector(reader, output, "Normal")
-    scalar = lambda name, fallback: reader.scalar(output.input(name), fallback)  # noqa: E731
-    coat_weight = reader.factor(output.input("Coat Weight"), 0.0)
-    if coat_weight != 0 and (linked(coat_normal) is not None or normal is not None):
-        reader.note(f"{output.label!r}: its coat follows the normal of what lies below it")
-    anisotropic = scalar("Anisotropic", 0.0)
-    below = reader.factor(output.input("Subsurface Weight"), 0.0)
-    if below != 0:
-        _note_model(reader, output, getattr(output.node, "subsurface_method", "RANDOM_WALK"))
-    strength = scalar("Emission Strength", 0.0)
-    lit = isinstance(strength, Computed) or strength != 0
-    if lit and coat_weight != 0:
-        reader.note(f"{output.label!r}: its coat does not dim what it emits")
-    index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
-    if index < 1 and transmission != 1:
-        reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
-    return Principled(
-        base_color=_color(reader, output, 0.8, "Base Color"),
-        metallic=scalar("Metallic", 0.0),
-        roughness=scalar("Roughness", 0.5),
-        ior=index,
-        alpha=reader.factor(output.input("Alpha"), 1.0),
-        specular_level=reader.number(output.input("Specular IOR Level"), 0.5),
-        specular_tint=reader.paint(output.input("Specular Tint"), gray(1.0)),
-        anisotropic=anisotropic,
-        anisotropic_rotation=scalar("Anisotropic Rotation", 0.0),
-        tangent=_tangent(reader, output, anisotropic),
-        transmission=transmission,
-        coat_weight=coat_weight,
-        coat_roughness=scalar("Coat Roughness", 0.03),
-        coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
-        coat_tint=reader.paint(output.input("Coat Tint"), gray(1.0)),
-        diffuse_roughness=scalar("Diffuse Roughness", 0.0),
-        multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
-        sheen_weight=reader.factor(output.input("Sheen Weight"), 0.0),
-        subsurface_weight=below,
-        subsurface_radius=_radius(reader, output, "Subsurface Radius") if below != 0 else (1.0, 0.2, 0.1),
-        subsurface_scale=scalar("Subsurface Scale", 0.05),
-        subsurface_anisotropy=reader.number(output.input("Subsurface Anisotropy"), 0.0),
-        emission_color=reader.paint(output.input("Emission Color"), gray(1.0)) if lit else gray(1.0),
-        emission_strength=strength,
-        normal=normal,
+        direction_at(reader, output, "Normal"),
     )
 
 
 SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
-    "BSDF_PRINCIPLED": _principled,
+    "BSDF_PRINCIPLED": principled,
     "BSDF_DIFFUSE": _diffuse,
     "BSDF_GLOSSY": _glossy,
     "BSDF_ANISOTROPIC": _glossy,
@@ -285,8 +201,8 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "BSDF_TRANSPARENT": _transparent,
     "BSDF_TRANSLUCENT": _translucent,
     "SUBSURFACE_SCATTERING": _subsurface,
-    "BSDF_SHEEN": _diffuse_like("sheen is not simulated"),
-    "BSDF_VELVET": _diffuse_like("velvet is not simulated"),
+    "BSDF_SHEEN": _sheen,
+    "BSDF_VELVET": _velvet,
     "BSDF_TOON": _toon,
     "BSDF_HAIR": _diffuse_like("hair shading is not simulated"),
     "BSDF_HAIR_PRINCIPLED": _diffuse_like("hair shading is not simulated"),
@@ -296,4 +212,5 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "MIX_SHADER": _mix,
     "ADD_SHADER": _add,
     "HOLDOUT": _holdout,
+    "EEVEE_SPECULAR": _eevee,
 }

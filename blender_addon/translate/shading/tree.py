@@ -22,19 +22,23 @@ class Input:
         return self.socket.node
 
     def source(self) -> Output | Input:
-        """What feeds it: the output of a working node, or the input whose own value counts."""
+        """Its source: the output of a working node, or the input whose own value is used.
+
+        What reroutes and muted nodes hold themselves is not used: an input behind them keeps its own value.
+        """
         place: Input = self
+        last_own = place
         for _ in range(MOST_HOPS):
             link = _link(place.socket)
-            if link is None:
-                return place
-            step = _through(link.from_socket, place.groups)
+            step = None if link is None else _through(link.from_socket, place.groups)
             if isinstance(step, Output):
                 return step
             if step is None:
-                return place
+                break
             place = step
-        return place
+            if not (place.node.mute or place.node.type == "REROUTE"):
+                last_own = place
+        return last_own
 
     @property
     def default(self) -> Any:
@@ -58,13 +62,13 @@ class Output:
         return _named(self.node.inputs, name, self.groups)
 
     def value(self, name: str, fallback: Any = None) -> Any:
-        """What the input itself holds, whether linked or not; ``fallback`` where it does not exist."""
+        """Value of the input itself, also of a linked one; ``fallback`` where it does not exist."""
         found = self.input(name)
         return fallback if found is None or found.default is None else found.default
 
     @property
     def label(self) -> str:
-        """What the user calls the node."""
+        """The node's label, or its type's name."""
         node = self.node
         return str(node.label or (node.bl_label if hasattr(node, "bl_label") else node.name))
 

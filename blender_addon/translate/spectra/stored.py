@@ -26,7 +26,7 @@ def owner_of(spectral: PropertyGroup) -> ID | Node | PropertyGroup:
 
 
 def kind_of(owner: ID) -> str:
-    """``"illuminant"`` for what emits, ``"reflectance"`` for what reflects or lets through."""
+    """``"illuminant"`` for emitters, ``"reflectance"`` for surfaces, also transmitting ones."""
     declared = getattr(type(owner), "SPECTRUM_KIND", None)
     if declared:
         return declared
@@ -69,7 +69,7 @@ def carried_spectrum(owner: ID | Node | PropertyGroup, attribute: str = "spectra
 
 
 def strength_of(owner: ID) -> float:
-    """What the power of ``owner`` is multiplied by, once its spectrum is normalized to the luminance of white.
+    """Factor on the power of ``owner``, after its spectrum is normalized to the luminance of white.
 
     1 but for designed lights: a design may ask for one light that is brighter than another.
     """

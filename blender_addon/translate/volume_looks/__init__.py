@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What volumes look like: transfer functions as the core states them and as a Volume data-block keeps them."""
+"""Looks of volumes: transfer functions of the core, and their properties on a Volume data-block."""

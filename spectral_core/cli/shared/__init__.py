@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several commands share; no command stands here."""
+"""Helpers that several commands share; this folder holds no command."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Standard output that accepts every character, whatever the terminal's encoding, and that may be closed."""
+"""Standard output that accepts every character in any encoding of the terminal, and that may be closed."""
 
 from __future__ import annotations
 

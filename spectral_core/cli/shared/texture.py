@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 WHITE_AT_DELTA_E = 10.0
 NOTICED_DELTA_E = 1.0
 PROGRESS = "progress"
-"""First word of the lines that tell how far the work is: ``progress 0.45 spectra``."""
+"""First word of the lines that report progress: ``progress 0.45 spectra``."""
 
 
 def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: bool) -> int:
@@ -41,7 +41,7 @@ def make_texture(project: TextureProject, folder: Path, *, as_json: bool, tell: 
 
 
 def figures_of(outcome: TextureOutcome) -> dict[str, Any]:
-    """What the report holds: contrast, losses, whites for other eyes, wanted colors."""
+    """Contents of the report: contrast, losses, whites for other observers, wanted colors."""
     from spectral_core.palette.texture.realism import white_differences
 
     design = outcome.design

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Gaussian process over the unit cube, with a length scale per parameter: what a sweep knows between its points.
+"""A Gaussian process over the unit cube, with a length scale per parameter: a sweep's prediction between its points.
 
 Kernel: s² exp(-Σ (xᵢ - yᵢ)² / 2lᵢ²) + noise (Rasmussen and Williams 2006, Eqs. 2.25, 2.26, 5.8). The scales are those
 of the largest marginal likelihood.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Analyses of a stored sweep: they read its table and write columns, or say what they found."""
+"""Analyses of a stored sweep: they read its table and write columns, or print their results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from spectral_core.explore.sweep.region import bounding_region
 from spectral_core.explore.sweep.store import TIMING_COLUMN, Store
 
 PICTURES = "pictures"
-"""The feature name that stands for the pictures themselves."""
+"""The feature name of the pictures themselves."""
 
 
 def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64]:

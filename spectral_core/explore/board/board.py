@@ -2,7 +2,7 @@
 """The board itself: many messages in, the last value of each fader out, motors moved without a loop.
 
 No device is opened here: ``midi`` and ``osc`` call ``receive`` for each message. It may be called from any thread;
-``poll`` is called by whoever owns the numbers, as often as the picture is drawn.
+The owner of the numbers calls ``poll`` once per drawn picture.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from spectral_core.explore.board.order import Order
 TOUCH_SECONDS = 0.1
 """A fader that moved this recently is being held, so its motor is not driven."""
 MOTOR_SECONDS = 1 / 60
-"""Least time between two messages to one motor: what is sent is a state, and the last one always goes out."""
+"""Least time between two messages to one motor: messages hold states, and the last one is always sent."""
 ECHO_SECONDS = 0.15
 """A message within this time of a motor command, and equal to it, is the motor's report of its arrival."""
 LEARN_TRAVEL = 0.05
@@ -26,7 +26,7 @@ LEARN_TRAVEL = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A target's new value; ``held_back`` where a partner's bound stopped it short of what the fader says."""
+    """A target's new value; ``held_back`` if a partner's bound stopped it before the fader's value."""
 
     target: str
     value: float
@@ -62,7 +62,7 @@ class _Fader:
 
 
 class Board:
-    """Bindings, and what has come in since the last poll."""
+    """Bindings, and the messages since the last poll."""
 
     def __init__(self, read: Callable[[str], float], has_motor: Callable[[Control], bool] | None = None) -> None:
         """Make a board without bindings.
@@ -155,7 +155,7 @@ class Board:
     def motors(self, time: float) -> tuple[tuple[Control, float], ...]:
         """Controls whose motor must move, with the position to send: where a target changed by other means.
 
-        A fader in somebody's hand is left alone, and one that already stands there gets nothing: no loop can start.
+        A touched fader is left alone, and one that is already there gets no message, so no feedback loop can start.
         """
         self._settle()
         to_send = []

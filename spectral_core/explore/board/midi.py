@@ -30,7 +30,7 @@ class Decoder:
         self._upper: dict[tuple[int, int], int] = {}
 
     def decode(self, message: Any) -> tuple[tuple[Control, float], ...]:
-        """Controls that a mido message moves, with their positions; none for what is no fader."""
+        """Controls that a mido message moves, with their positions; none if the message belongs to no fader."""
         if message.type == "pitchwheel":
             return ((Control("bend", message.channel), (message.pitch + 8192) / 16383),)
         if message.type != "control_change":

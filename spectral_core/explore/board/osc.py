@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OSC in and out: tablets and programs send floats in [0, 1] to addresses, and get positions back.
 
-UDP loses messages under load, so what is sent is always a state, never a step; ``Board.motors`` keeps it to 60 a
+UDP loses messages under load, so each message is a state, never a step; ``Board.motors`` keeps it to 60 a
 second. For the same reason a bundle with a later time tag counts at once: a fader's state is never queued. Packets are
 read here, because python-osc sleeps until a time tag, and fills up numbers that are cut off; it sends.
 """
@@ -97,7 +97,7 @@ class OscLink:
 def numbers_in(packet: bytes) -> Iterator[tuple[str, float | None]]:
     """Give address and first argument of each message of an OSC 1.0 packet, bundles included; None for no number.
 
-    Raises ValueError or struct.error for what is cut off or is no OSC.
+    Raises ValueError or struct.error for a packet that is cut off or is no OSC.
     """
     pending = [packet]
     while pending:

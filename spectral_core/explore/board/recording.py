@@ -55,7 +55,7 @@ class Recording:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read what save() wrote. Raises FileFormatError for anything else."""
+        """Read a file of save(). Raises FileFormatError for anything else."""
         return read_document(path, cls._of_document, "a fader recording")
 
     @classmethod

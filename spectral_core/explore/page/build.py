@@ -29,7 +29,7 @@ MOST_ROWS = 200_000
 
 @dataclass(frozen=True, slots=True)
 class PageTable:
-    """What a page shows. ``columns``: values by name; ``about``: role, unit, group, log by name."""
+    """Contents of a page. ``columns``: values by name; ``about``: role, unit, group, log by name."""
 
     title: str
     table_id: str
@@ -70,7 +70,7 @@ def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) 
 
     Parameters
     ----------
-    table : what to show.
+    table : the contents.
     thumbnails : put small pictures into the page, up to ``MOST_THUMBNAILS``; needs Pillow.
     live : for ``explore --serve``: the page may ask the server that sent it.
     """

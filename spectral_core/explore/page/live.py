@@ -19,7 +19,7 @@ Action = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 
 class LiveSweep:
-    """What the page may do with a sweep.
+    """Actions of the page on a sweep.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class LiveSweep:
     folder : where the sweep's file lies, for the compute node; None where points cannot be computed.
     workers : processes for renders.
     apply : called with the parameters of a point, to set the open scene to it; None where there is none.
-    render : computes what is missing in its own way and says so; None: processes of this one do.
+    render : computes missing points and returns a message; None: child processes compute them.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class LiveSweep:
         return {"message": "; ".join([f"{new} points added; press Render to compute them", *notes]), "new": new}
 
     def render(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Compute what is missing, in the background."""
+        """Compute missing points in the background."""
         from spectral_core.explore.sweep.runner import run_sweep
 
         if self._render is not None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The live page: a server on 127.0.0.1 that answers only who holds its token, and only its own page.
 
-The token stands in the fragment of the address, which a browser keeps to itself. A request without it, from another
+The token is in the fragment of the address, which a browser does not send. A request without it, from another
 origin or for another host is refused, so that no page of the web can reach the sweep through the browser.
 """
 
@@ -37,7 +37,7 @@ class PageServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return f"http://127.0.0.1:{self.server_port}/#token={self.token}"
 
     @property
@@ -94,7 +94,7 @@ class _Handler(BaseHTTPRequestHandler):
                 page = page_html(table_of_store(self.server.live.store), live=True)
             except SpectralError as error:  # such as a sweep without a finished row
                 return self._refuse(400, str(error))
-            # An img element cannot send the token, so a cookie for pictures alone stands for it.
+            # An img element cannot send the token, so a cookie that is valid for pictures alone replaces it.
             cookie = f"{self.server.cookie_name}={self.server.picture_secret}; HttpOnly; SameSite=Strict; Path=/image"
             return self._send(200, "text/html; charset=utf-8", page.encode(), cookie)
         action = (

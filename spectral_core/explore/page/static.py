@@ -167,7 +167,7 @@ def _figure(path: Path, width: float, height: float | None = None) -> Any:
 
 
 def _plotted(columns: Mapping[str, Sequence[Any]], name: str) -> tuple[Any, list[str]]:
-    """A column as numbers, and the texts that they stand for."""
+    """A column as numbers, and the text of each number."""
     if name not in columns:
         raise UnknownNameError.among("column", name, columns)
     column = as_column(columns[name])

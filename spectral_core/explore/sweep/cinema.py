@@ -85,7 +85,7 @@ def is_file_column(name: str) -> bool:
 def read_csv(path: Path) -> tuple[list[str], list[dict[str, float | str | None]]]:
     """Columns and rows of a data.csv, numbers where a cell is one.
 
-    Raises FileFormatError for what is no Cinema table, and for FILE paths that lead out of the folder.
+    Raises FileFormatError for a file that is no Cinema table, and for FILE paths that lead out of the folder.
     """
     problems = check_folder(path.parent, read_files=False)
     if problems:
@@ -109,7 +109,7 @@ def _value(name: str, text: str) -> float | str | None:
 
 
 def check_folder(folder: Path, *, read_files: bool = True) -> list[str]:
-    """What a folder violates of Cinema Spec D, in words; empty where it conforms."""
+    """Violations of Cinema Spec D in a folder, in words; empty if it conforms."""
     path = folder / "data.csv"
     if not path.is_file():
         return ["there is no data.csv"]

@@ -53,7 +53,7 @@ class LinearConstraint:
 def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
     """Constraints of a comparison such as ``0.1 <= a + 2*b <= 3``; one per comparison sign.
 
-    Raises InvalidInputError for what is not linear, for names that the sweep lacks and for a parameter on a log scale
+    Raises InvalidInputError if it is not linear, for names that the sweep lacks and for a parameter on a log scale
     that stands without log10.
     """
     if not isinstance(text, str) or len(text) > MAX_LENGTH:

@@ -25,9 +25,9 @@ DESIGNS: tuple[DesignKind, ...] = ("lattice", "sobol", "latin_hypercube", "list"
 MAX_LATTICE_DIMENSIONS = 10
 MAX_BUDGET = 1_000_000
 MAX_REFINEMENTS = 40
-"""Levels or doublings tried for enough different points; constraints so narrow are said to be."""
+"""Levels or doublings that are tried for enough different points, before an error reports narrow constraints."""
 MOST_TRIED = 50_000
-"""Candidates looked at, beyond 200 per point, before a region is said to hold too few points."""
+"""Candidates that are tested, beyond 200 per point, before a region is reported to hold too few points."""
 Point = dict[str, Value]
 
 

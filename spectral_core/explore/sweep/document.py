@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sweep as a TOML file: what is computed, the parameters, the region, the design, derived columns, a reference."""
+"""A sweep as a TOML file: the compute node, the parameters, the region, the design, derived columns, a reference."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PICTURED = ("scene", "blend", "volume")
 
 @dataclass(frozen=True, slots=True)
 class SweepDocument:
-    """What a sweep file states."""
+    """Contents of a sweep file."""
 
     space: Space
     region: RegionOfInterest

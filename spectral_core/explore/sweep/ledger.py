@@ -152,7 +152,7 @@ class Ledger:
             )
 
     def interrupt_open(self) -> int:
-        """Close attempts that no process is left to end; returns how many."""
+        """Close attempts whose process no longer exists; returns their number."""
         with self.transaction() as database:
             cursor = database.execute(
                 "UPDATE attempts SET ended = ?, how = 'interrupted', message = 'the sweep ended' WHERE ended IS NULL",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a point computes to, and what computes it (R1): any callable with a fingerprint."""
+"""The outcome of a point, and the node that computes it (R1): any callable with a fingerprint."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Outcome:
 
 @runtime_checkable
 class ComputeNode(Protocol):
-    """What is swept. It is pickled to workers, and keeps there what it can between points."""
+    """The swept function. It is pickled to workers, and may keep data there between points."""
 
     @property
     def fingerprint(self) -> str:
@@ -85,7 +85,7 @@ def describe(node: Any) -> list[str]:
 
 
 def point_key(fingerprint: str, parameters: Mapping[str, Value], seed: int) -> str:
-    """Name of a row: SHA-256 (32 hex digits) of what is swept, its parameters and the seed."""
+    """Name of a row: SHA-256 (32 hex digits) of the node, its parameters and the seed."""
     plain = {"of": fingerprint, "parameters": dict(parameters), "seed": seed}
     return hashlib.sha256(json_text(plain).encode()).hexdigest()[:32]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a sweep varies: named parameters with ranges, units, scales, and their map to the unit cube."""
+"""Parameters of a sweep: names with ranges, units, scales, and their map to the unit cube."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError
 
 Value = float | int | str
-"""What a parameter can be set to."""
+"""Value of a parameter."""
 Kind = Literal["real", "integer", "choice"]
 NAME_PATTERN = re.compile(r"[^\W\d]\w*", re.UNICODE)
 MAX_PARAMETERS = 64
@@ -105,7 +105,7 @@ class Parameter:
 
     @property
     def target(self) -> str:
-        """What is set: the path, else the name."""
+        """The path that is set; the name if there is none."""
         return self.path or self.name
 
     @property

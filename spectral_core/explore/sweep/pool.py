@@ -25,7 +25,7 @@ from spectral_core.errors import RenderError
 from spectral_core.render.process.messages import receive, send
 
 MARKER = b"\x00spectral-sweep-worker\x00"
-"""What a worker says first: whatever stands before it, such as Blender's greeting, is passed over."""
+"""First line of a worker; earlier output, such as Blender's greeting, is skipped."""
 PYTHON = (sys.executable, *child.ISOLATED, "-c")
 """Start of the command line of a plain worker."""
 BOOTSTRAP = (
@@ -40,7 +40,7 @@ KILLED_FROM_OUTSIDE = (9, 15)
 
 
 class WorkerDied(RenderError):
-    """The process of a worker ended during a task. ``signal`` is what killed it, 0 where it ended by itself."""
+    """The process of a worker ended during a task. ``signal``: of the kill, 0 if it ended by itself."""
 
     def __init__(self, message: str, signal: int = 0) -> None:
         super().__init__(message)

@@ -44,7 +44,7 @@ class RegionOfInterest:
     name: str = ""
 
     def checked(self, space: Space) -> RegionOfInterest:
-        """This region where it fits the parameters; InvalidInputError says what does not."""
+        """This region, if it fits the parameters; else InvalidInputError names the misfit."""
         for name, (low, high) in self.ranges.items():
             parameter = space[name]
             if parameter.kind == "choice":
@@ -117,7 +117,7 @@ class RegionOfInterest:
         return bool(unit_ball.contains(point)[0])
 
     def transferred(self, space: Space) -> tuple[RegionOfInterest, list[str]]:
-        """The part of this region that another sweep's parameters can state, and notes on what was left out."""
+        """The part of this region that another sweep's parameters can state, and notes on omitted parts."""
         notes = []
         ranges = {name: ends for name, ends in self.ranges.items() if name in space.names}
         choices = {name: values for name, values in self.choices.items() if name in space.names}

@@ -42,7 +42,7 @@ class SweepProgress:
 
 @dataclass(slots=True)
 class SweepReport:
-    """What a run did. ``computed`` counts points of this run, ``reused`` those that were done before."""
+    """Result of a run. ``computed`` counts points of this run, ``reused`` those that were done before."""
 
     total: int = 0
     computed: int = 0
@@ -76,7 +76,7 @@ def run_sweep(
     Parameters
     ----------
     store : the store; its points are entered already.
-    node : what computes a point, with the fingerprint of the store's project.
+    node : computes a point; it has the fingerprint of the store's project.
     keys : only these rows; all by default.
     executor : who computes; ``workers`` warm processes by default.
     workers : number of processes where no executor is given.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The store of a sweep (R8): a Cinema Spec D folder with a project file and a ledger, which owns the truth.
 
-``NAME.cdb/``: ``data.csv`` and ``image/`` are what other programs open; ``project.json`` says what was swept and how;
+``NAME.cdb/``: ``data.csv`` and ``image/`` are for other programs; ``project.json`` holds parameters and design;
 ``ledger.sqlite`` holds every point and attempt. ``outcome/`` and ``lease/`` pass outcomes from workers to the ledger.
 """
 
@@ -33,7 +33,7 @@ TIMING_COLUMN = "seconds"
 
 @dataclass(slots=True)
 class Project:
-    """What project.json holds, beside the points."""
+    """Contents of project.json, beside the points."""
 
     space: Space
     region: RegionOfInterest
@@ -132,7 +132,7 @@ class Store:
         self.close()
 
     def address(self, *, linear: bool = True) -> StoreAddress:
-        """What workers need to commit."""
+        """Data that workers need to commit."""
         return StoreAddress(str(self.folder.resolve()), self.project.store_id, linear)
 
     def save_project(self) -> None:

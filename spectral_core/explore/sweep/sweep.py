@@ -27,7 +27,7 @@ DOCUMENT_FOLDER = "document_folder"
 
 @dataclass(frozen=True, slots=True)
 class SweepPlan:
-    """What a run will do, in numbers and words. ``new`` points are computed, ``reused`` are done already."""
+    """Plan of a run, in numbers and words. ``new`` points are computed, ``reused`` are done already."""
 
     keys: tuple[str, ...]
     new: int
@@ -54,7 +54,7 @@ class Sweep:
         self.store.save_project()
 
     def _fit(self) -> None:
-        """Take the document's region, budget and columns over; refuse what would mix different rows."""
+        """Adopt the document's region, budget and columns; refuse changes that would mix different rows."""
         project, document = self.store.project, self.document
         mine, theirs = ([(p.name, p.kind, p.scale, p.choices, p.target) for p in space.parameters]
                         for space in (document.space, project.space))  # fmt: skip
@@ -83,7 +83,7 @@ class Sweep:
         project.expressions.update(document.expressions)
 
     def plan(self, budget: int | None = None) -> SweepPlan:
-        """Enter the points of the region and say what a run will do."""
+        """Enter the points of the region and return the plan of a run."""
         project = self.store.project
         if budget is not None:
             project.design = replace(project.design, budget=budget)

@@ -21,7 +21,7 @@ from spectral_core.explore.sweep.parameters import Value
 from spectral_core.spectra.pictures import display_png, exr_bytes, has_exr
 
 MAX_WARM = 8
-"""Nodes that a process keeps with what they have loaded; the oldest is let go."""
+"""Nodes that a process keeps with their loaded data; the oldest is dropped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class StoreAddress:
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """What a worker answers. ``record`` is what the ledger takes in; ``contents`` are files that it could not write."""
+    """Answer of a worker. ``record`` goes into the ledger; ``contents`` are files that the worker could not write."""
 
     key: str
     record: dict[str, Any]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A small ellipsoid around what half-spaces leave of a ball.
+"""A small ellipsoid around the part of a ball that lies in half-spaces.
 
 A thin cap is flat along the cut and narrow across it: neither the ball nor the box around it tells that. The deep
 cuts of the ellipsoid method do (Grötschel, Lovász and Schrijver 1988, section 3.2): each takes the smallest ellipsoid
@@ -43,7 +43,7 @@ def cap_ellipsoid(ball: NormBall, rows: Matrix) -> tuple[Matrix, Matrix]:
         middle = middle - (1.0 + n * depth) / (n + 1.0) * direction
         shape = growth * (shape - squeeze * np.outer(direction, direction))
         shape = 0.5 * (shape + shape.T)
-    # Rounding of many cuts: grown a little, so that nothing of the region is outside.
+    # Enlarged slightly, because the rounding of many cuts could leave a part of the region outside.
     factor = np.linalg.cholesky(shape * (1.0 + 1e-6))
     metric = np.linalg.solve(factor, np.diag(1.0 / scale))
     return metric, ball.center + scale * middle

@@ -54,7 +54,7 @@ class Window:
         # The triangular factor lets coordinates be fixed from the last to the first, each by those after it.
         self._start = frame.T @ (region.metric @ offset)
         self._middle = frame.T @ (region.metric @ region.ellipsoid_center)
-        # How much a row may still change by the open coordinates, per unit of what the ellipsoid leaves them.
+        # How much the open coordinates can still change a row, per unit of the radius that is left to them.
         self._reach = np.sqrt(np.cumsum(np.c_[np.zeros(len(self._rows)), self._rows**2], axis=1))
         self._cuts: dict[int, Matrix] = {0: every}
         self.nodes = 0
@@ -95,7 +95,7 @@ class Window:
         """Partial choices with one more coordinate, those dropped that cannot lie in the region."""
         r, known = self._r, self._coordinates(chosen, level + 1)
         base = self._start[level] + chosen @ r[level, level + 1 :]
-        # Fincke and Pohst: what the fixed coordinates have used of the radius is gone for the open ones.
+        # Fincke and Pohst: the open coordinates have the part of the squared radius that the fixed ones leave.
         spent = ((known - limit * self._middle[level + 1 :]) ** 2).sum(axis=1)
         half = np.sqrt(np.maximum(limit**2 - spent, 0.0))
         low, high = limit * self._middle[level] - half, limit * self._middle[level] + half
@@ -127,7 +127,7 @@ class Window:
     def _within_halfspaces(self, chosen: Integers, level: int, limit: float) -> Integers:
         """Drop choices for which a half-space lies beyond the reach of the open coordinates in the ellipsoid."""
         keep = []
-        # In blocks of 32 MB, whatever the number of rows.
+        # In blocks of 32 MB, independent of the number of rows.
         block = max(1, 4_000_000 // (len(self._rows) + 1))
         for start in range(0, len(chosen), block):
             known = self._coordinates(chosen[start : start + block], level)
@@ -145,7 +145,7 @@ class Window:
         for _ in range(_ROUNDS):
             if self.programs + _SAMPLE > MAX_PROGRAMS or len(chosen) < 2000:
                 break
-            # One program costs as much as a thousand tests, and its cut serves all partial choices alike.
+            # One program costs as much as a thousand tests, and its cut serves all partial choices.
             sample = rng.choice(len(chosen), _SAMPLE, replace=False)
             cuts = [cut for cut in (self._cut_at(known[i], level, limit) for i in sample) if cut is not None]
             # Most of the sample has a completion: more cuts would find little to drop.
@@ -168,10 +168,10 @@ class Window:
         answer = linprog(np.r_[np.zeros(level), 1.0], A_ub=rows, b_ub=-fixed, bounds=(None, None), method="highs")
         if answer.status != 0 or answer.fun <= limit:
             return None
-        # By duality this combination of rows holds for every completion, so it is a statement on what is fixed.
+        # By duality this combination of rows holds for every completion, so it is a condition on the fixed coordinates.
         factors = np.maximum(-answer.ineqlin.marginals, 0.0)
         row: Matrix = (factors @ self._rows[:, level:]) / factors.sum()
-        # A dual that is slightly off must not cut the region: what it leaves on open coordinates widens the cut.
+        # A slightly inexact dual must not cut the region: its remainder on open coordinates widens the cut.
         rest = np.linalg.norm(factors @ self._rows[:, :level]) / factors.sum()
         return row / (1.0 + rest * (1.0 + np.linalg.norm(self._middle)) + 1e-9)
 

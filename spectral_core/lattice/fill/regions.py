@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Convex regions of parameter space: boxes, p-norm balls, half-spaces, and what they have in common."""
+"""Convex regions of parameter space: boxes, p-norm balls, half-spaces, and their intersections."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """The quadratic of a side, and what its blocks and free colors stand for."""
+    """The quadratic of a side, and the cells of its blocks and free colors."""
 
     side: Side
     items: tuple[int, ...]

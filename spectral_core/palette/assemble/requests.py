@@ -50,7 +50,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Requests:
-    """What the cells ask, weights capped and scaled so that the median cell weighs 1."""
+    """The requests of all cells; weights are capped and scaled so that the median cell has weight 1."""
 
     targets: tuple[Target, ...]
     blacks: tuple[Target, ...]
@@ -60,7 +60,7 @@ class Requests:
     """The first is the one that targets are seen in."""
     smoothness: float
     weight_scale: float
-    """What the weights were divided by."""
+    """Divisor of the weights."""
     notes: tuple[str, ...]
 
 

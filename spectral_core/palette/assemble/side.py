@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one assembly: cells of a palette → the quadratic of one side, for batch and live solving alike.
+"""The one assembly: cells of a palette → the quadratic of one side, for batch and live solving.
 
 Color is linear in either factor (Eq. 5.8), so reflectances under known lights and lights on known reflectances are
 assembled by the same code with the roles swapped. Conditions (observers, variants of lights), the perceptual metric and
@@ -34,7 +34,7 @@ LAB_UNIT = 100.0
 
 
 class Assembler:
-    """Assembles the sides of one problem; holds what does not change between rounds."""
+    """Assembles the sides of one problem, and keeps the parts that do not change between rounds."""
 
     def __init__(self, problem: PaletteProblem, requests: Requests) -> None:
         self.problem = problem
@@ -47,7 +47,7 @@ class Assembler:
         }
 
     def free_items(self, side: Side) -> tuple[int, ...]:
-        """Indices of what is to be designed on a side."""
+        """Indices of the designed spectra of a side."""
         items: Sequence[PaletteLight | PaletteReflectance] = getattr(self.problem, side)
         return tuple(k for k, item in enumerate(items) if item.free)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The spectra of a palette while it is being solved: the unknowns, and the color matrices of what is given."""
+"""The spectra of a palette while it is being solved: the unknowns, and the color matrices of given spectra."""
 
 from __future__ import annotations
 

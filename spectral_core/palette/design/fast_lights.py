@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(eq=False)
 class PlainPalette:
-    """What stays the same while lights are designed."""
+    """Constants of the design of lights."""
 
     weights: Array
     """(R, L): squared weights of targets, 0 where none."""

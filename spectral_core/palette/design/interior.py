@@ -95,7 +95,7 @@ class _Descent:
         below, above = self._distances(self._x)
         self._lower = np.where(self._has_low, self._barrier / below, 0.0)
         self._upper = np.where(self._has_high, self._barrier / above, 0.0)
-        # Damping stands beside the roughness: it is what holds the directions that no color shows.
+        # Damping beside the roughness: it fixes the directions that no color depends on.
         roughness = [float(np.diagonal(gram).mean()) for gram in joint.grams]
         self._stiffness = np.full(start.size, roughness[0])
         self._stiffness[middle:] = unit**2 * roughness[1]
@@ -225,7 +225,7 @@ class _Descent:
         return None
 
     def _brought_back(self, trial: Array, slopes: Slopes, floor: Array, exact: float, limit: float) -> Array | None:
-        """The trial point after corrections towards what the rows should leave there; None where they do not help."""
+        """The trial point after second-order corrections of its rows; None if they do not help."""
         joint, weights = self._joint, self._joint.weighted(exact)[:, None]
         before = np.inf
         for _ in range(CORRECTIONS):
@@ -246,7 +246,7 @@ class _Descent:
     def _move_multipliers(self, step: _Step) -> None:
         part = min(1.0, BACKOFF * _reach(self._lower, step.by_lower), BACKOFF * _reach(self._upper, step.by_upper))
         below, above = self._distances(self._x)
-        # Multipliers far from what the barrier says are brought back to it (Wächter and Biegler, equation 16).
+        # Multipliers that are far from the barrier's are reset to it (Wächter and Biegler, equation 16).
         central = self._barrier / below, self._barrier / above
         lower, upper = self._lower + part * step.by_lower, self._upper + part * step.by_upper
         self._lower = np.where(self._has_low, np.clip(lower, 1e-10 * central[0], 1e10 * central[0]), 0.0)

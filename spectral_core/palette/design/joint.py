@@ -130,7 +130,7 @@ class Joint:
         return self.slopes(x)[0] - self.rows.targets - self.rows.ties @ x[: self.colors]
 
     def linear(self, step: Array, slopes: Slopes) -> Array:
-        """By how much a step changes what the rows leave, to first order, (m, 3)."""
+        """First-order change of the rows' residuals by a step, (m, 3)."""
         _, by_surface, by_light = slopes
         colors, surfaces, lights = self.split(step)
         found = -(self.rows.ties @ colors)

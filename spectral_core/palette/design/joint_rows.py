@@ -32,7 +32,7 @@ class Rows:
     light_slopes: Array
     """(m, 3, n): color by light where the reflectance is given; 0 elsewhere."""
     metric: Array
-    """(m, 3, 3): what a row's color is multiplied by."""
+    """(m, 3, 3): factor of each row's color."""
     targets: Array
     """(m, 3), already in the metric."""
     ties: Array
@@ -54,16 +54,16 @@ def collected(surfaces: Assembled, lights: Assembled, columns: Columns, n: int) 
                     found[key, column] = _row(axis, side, block, r, items, ties, n)
     rows, count = list(found.values()), 3 * len(columns)
     return Rows(
-        np.array([row.owners[0] for row in rows]),
-        np.array([row.owners[1] for row in rows]),
-        np.array([row.observer for row in rows]),
-        np.array([row.slopes[0] for row in rows]),
-        np.array([row.slopes[1] for row in rows]),
-        np.array([row.metric for row in rows]),
-        np.array([row.target for row in rows]),
+        np.array([row.owners[0] for row in rows], dtype=np.intp),
+        np.array([row.owners[1] for row in rows], dtype=np.intp),
+        np.array([row.observer for row in rows], dtype=np.intp),
+        np.array([row.slopes[0] for row in rows]).reshape(len(rows), 3, n),  # also where nothing is asked for
+        np.array([row.slopes[1] for row in rows]).reshape(len(rows), 3, n),
+        np.array([row.metric for row in rows]).reshape(len(rows), 3, 3),
+        np.array([row.target for row in rows]).reshape(len(rows), 3),
         np.array([row.ties for row in rows]).reshape(len(rows), 3, count),
         np.array([row.weight for row in rows]),
-        np.array([row.exact for row in rows]),
+        np.array([row.exact for row in rows], dtype=bool),
     )
 
 

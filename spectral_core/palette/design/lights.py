@@ -3,8 +3,8 @@
 
 Given the lights l, the best reflectances r(l) are a convex problem. What is left is φ(l) = min over r of F(r, l), whose
 gradient is ∂F/∂l at r(l) (the envelope theorem), so that L-BFGS-B within the bounds of the lights finds in tens of
-milliseconds what alternating between the sides takes thousands of rounds for. φ is not convex: where the lights as
-given do not meet the targets at once, a short race between several starts decides which one goes on.
+milliseconds what alternating between the sides takes thousands of rounds for. φ is not convex: if the given
+lights do not meet the targets at once, a short race between several starts chooses the one to continue.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class LightDescent:
         """Whether φ takes a fraction of a millisecond."""
 
     def raced(self, state: PaletteState, budget: Budget, share: float) -> PaletteState:
-        """The best state after a short race of several starts, of which the best goes on until a share of the budget.
+        """The best state after a short race of several starts; the winner continues until a share of the budget.
 
         There is no race where ``state`` meets the colors soon.
         """

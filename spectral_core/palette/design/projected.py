@@ -63,7 +63,7 @@ def _exact_forces(inner: Assembled, outer: Assembled, answer: Answer) -> list[Ar
 
 
 def _strain(inner: Assembled, answer: Answer) -> float:
-    """What exact rows cost that cannot hold at these outer values and were weighed heavily; 0 where they hold."""
+    """Cost of exact rows that cannot hold at these outer values and got a large weight; 0 if they hold."""
     if not answer.infeasible:
         return 0.0
     total = 0.0
@@ -74,7 +74,7 @@ def _strain(inner: Assembled, answer: Answer) -> float:
 
 
 def _beside(inner: Assembled, outer: Assembled, x: Array) -> float:
-    """What the outer side adds to the inner side's objective: its roughness, and rows that the inner one lacks.
+    """Terms that the outer side adds to the inner side's objective: its roughness, and rows that the inner side lacks.
 
     Those are targets on given inner factors, and groups in which no inner factor is designed.
     """

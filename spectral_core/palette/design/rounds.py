@@ -53,7 +53,7 @@ class Budget:
 
 @dataclass
 class SolveTrace:
-    """What happened on the way, for the report."""
+    """Record of the rounds, for the report."""
 
     answers: dict[Side, Answer] = field(default_factory=dict)
     engines: Counter[str] = field(default_factory=Counter)
@@ -122,7 +122,7 @@ class Rounds:
         return state
 
     def check(self, state: PaletteState, *, perceptual: bool = False) -> None:
-        """The joint check: solve each side alone from ``state`` and see what that changes; into the trace.
+        """The joint check: solve each side alone from ``state`` and record the changes in the trace.
 
         Reflectances and lights are each optimal for the other exactly where neither solve lowers its objective. The KKT
         residual of both is taken at ``state`` itself, with the multipliers of those solves.
@@ -131,7 +131,7 @@ class Rounds:
         for side in self.sides:
             assembled = self.assembler.assembled(side, state, perceptual=perceptual)
             answer = self.engines[side].solve(assembled.quadratic)
-            # Each side by its own measure: rough lights must not hide what reflectances could still gain.
+            # Each side by its own measure: rough lights must not hide a gain of the reflectances.
             settled = settled and _is_nothing(*gain(assembled, answer, state))
             joint = joint | answer.check
             self.trace.answers[side] = answer

@@ -63,7 +63,7 @@ def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual:
             break
         begin = descent.solved(descent.scattered(state, rng))
         found, objective = _descended(rounds, begin, budget, LEAST_SHARE * budget.seconds, perceptual=perceptual)
-        # What the budget cut short would only be still improving.
+        # Stopped by the budget, it would only continue to improve.
         if objective < least and budget.left > LEAST_SHARE * budget.seconds:
             best, least = found, objective
     return best

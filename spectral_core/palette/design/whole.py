@@ -41,7 +41,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     problem = rounds.assembler.problem
     perceptual = problem.match == "perceptual"
     both = len(rounds.sides) == 2
-    # A single side is one convex problem; in CIELAB a few rounds settle what its metric is taken at.
+    # A single side is one convex problem; in CIELAB a few rounds settle the point of its metric.
     most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
     for number in range(1, most + 1):
         metric = perceptual and number > (LEAD if both else 1)

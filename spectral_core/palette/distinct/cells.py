@@ -18,7 +18,7 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 Array = NDArray[np.float64]
 
 UNIT_WORTH = 0.5 * 0.01**2 / 3
-"""κ: what an error of 0.01 in linear RGB costs in a cell of weight 1 (rows are divided by √3)."""
+"""κ: cost of an error of 0.01 in linear RGB in a cell of weight 1 (rows are divided by √3)."""
 NUDGE = 1e-4
 """Step of the differences that give the slope of ΔE2000, in CIELAB."""
 NOISE = 1e-2
@@ -110,7 +110,7 @@ def distinct_cells(builder: Assembler, state: PaletteState, assembled: Assembled
         begin = int(linked.offsets[block_of[cell[0]]])
         matrices[index][:, begin : begin + problem.grid.size] = by_light[cell[1]]
         white = by_light[cell[1]].sum(axis=1)
-        # A lamp may itself lie outside the gamut; what it shines on then may, too, as far as its own white does.
+        # A lamp itself may be outside the gamut; objects in its light may then be as far outside as its white.
         lower[index], upper[index] = np.minimum(0.0, white), np.maximum(1.0, np.where(white < 0, 1.0, 0.0))
     number = {cell: index for index, cell in enumerate(cells)}
     weights = [problem.cells[i][j].weight for i, j in cells if problem.cells[i][j].mode is CellMode.DISTINCT]

@@ -66,7 +66,7 @@ def solve_distinct(
     warm: PaletteSolution | None = None,
     engine: str = "piqp",
 ) -> PaletteSolution:
-    """The palette with its "distinct" cells as different as can be; ``residuals["least_delta_e_2000"]`` says how much.
+    """The palette with its "distinct" cells as different as possible (``residuals["least_delta_e_2000"]``).
 
     ``starts``: local searches, the best of which is kept: 6 by default, none where ``warm`` has distinct colors
     already; with ``warm`` one more begins at its spectra. ``engine``: ``"piqp"``, or ``"cvxpy"``, the same step stated
@@ -164,7 +164,7 @@ def _coincide(problem: PaletteProblem, warm: PaletteSolution) -> bool:
 
 
 def _others_first(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:
-    """What the other cells ask, lights included; also whether they can be met at all."""
+    """Requests of the other cells, lights included, and whether they can be met at all."""
     if builder.free_items("lights"):
         state = designed(Rounds(builder, trace), state, Budget(SECONDS), race=False)
         trace.notes.append("the lights were designed for the other cells, then held while colors were made distinct")
@@ -184,7 +184,7 @@ class Found:
 
 
 class _Search:
-    """Local searches of one problem. The unknown t stands behind x."""
+    """Local searches of one problem. The unknown t is the last entry after x."""
 
     def __init__(self, linked: Quadratic, cells: DistinctCells, engine: str, gamut: str = GAMUTS[0]) -> None:
         self._linked, self._cells, self._engine, self._gamut = linked, cells, engine, gamut

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``PaletteProblem`` as a plain document and back: what the TOML and JSON files hold."""
+"""``PaletteProblem`` as a plain document and back, for TOML and JSON files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BOUNDS = ("reflectance_bounds", "light_bounds")
 
 
 def document_of(problem: PaletteProblem) -> dict[str, Any]:
-    """The problem as strings, numbers, lists and tables. What is at its default is left out."""
+    """The problem as strings, numbers, lists and tables, without entries that have their default."""
     rows, columns = [r.name for r in problem.reflectances], [light.name for light in problem.lights]
     cells = [
         _encoded_cell(cell, (i, j), (rows, columns))

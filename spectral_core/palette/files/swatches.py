@@ -41,7 +41,7 @@ class Swatch:
 
 
 def swatches_of(solution: PaletteSolution) -> list[Swatch]:
-    """What each reflectance shows under each light, grouped by light."""
+    """Color of each reflectance under each light, grouped by light."""
     return [
         Swatch(item.name, solution.actual_linear_rgb[i, j], light.name)
         for j, light in enumerate(solution.problem.lights)
@@ -74,7 +74,7 @@ def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool =
 
 
 def read_swatches(path: str | Path) -> list[Swatch]:
-    """Colors of an ``.ase`` or ``.gpl`` file, told apart by what they hold. Raises FileFormatError."""
+    """Colors of an ``.ase`` or ``.gpl`` file, recognized by their contents. Raises FileFormatError."""
     file = Path(path)
     with reading(file, "a file of swatches"):
         data = read_bytes(file)

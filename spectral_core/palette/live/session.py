@@ -47,7 +47,7 @@ class LivePalette:
 
     @cached_property
     def errors(self) -> CellErrors:
-        """What every cell misses."""
+        """Errors of all cells."""
         return state_errors(self.problem, compiled_requests(self.problem), self.state)
 
     @property
@@ -153,7 +153,7 @@ class PaletteSession:
         weights = [weight, *(each.weight for each in assembler.requests.targets)]
         weights += [each for group in assembler.requests.groups for each in group.weights]
         if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights) or old.weight == 0:
-            return None  # weights are capped, or a cell asks nothing any more
+            return None  # weights are capped, or a cell has no request any more
         if cell.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
             return None
         if assembler.in_group(index) or len(assembler.requests.conditions) > 1 or assembler.requests.notes:

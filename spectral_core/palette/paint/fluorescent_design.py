@@ -46,7 +46,7 @@ SETTLED = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentSolution:
-    """What became of the requests. ``surfaces`` and ``illuminants`` in the problem's order; cells are (R, L, ...)."""
+    """Spectra and errors. ``surfaces`` and ``illuminants`` in the problem's order; cells are (R, L, ...)."""
 
     problem: PaletteProblem
     surfaces: tuple[FluorescentSurface, ...]
@@ -75,7 +75,7 @@ class FluorescentSolution:
 def solve_fluorescent(problem: PaletteProblem, dyes: Dyes) -> FluorescentSolution:
     """Reflectances, amounts of dyes, and free lights that come as near to all cells as energy allows.
 
-    Raises InvalidInputError for what is not understood together with dyes: several observers, variants of lights,
+    Raises InvalidInputError for settings that dyes do not support: several observers, variants of lights,
     lights from primaries, subspaces, "distinct" cells, negative reflectances, and dyes on measured reflectances.
     """
     _require_supported(problem, dyes)
@@ -126,7 +126,7 @@ class _Design:
         return np.array([[surface.linear_rgb(light) for light in self.lights] for surface in self.surfaces])
 
     def solution(self, check: Check, rounds: int) -> FluorescentSolution:
-        """What the present spectra are."""
+        """The present spectra."""
         actual = self.colors()
         errors = cell_errors(self.problem, self.requests, [actual])
         return FluorescentSolution(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A fluorescent palette told as any other: the same solution, with what the dyes do in its notes."""
+"""A fluorescent palette as an ordinary solution; its notes describe the dyes."""
 
 from __future__ import annotations
 

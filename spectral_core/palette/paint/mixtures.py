@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mixtures of designed materials: which keep what was designed, and a design that holds for paints too.
+"""Mixtures of designed materials: which of them keep the design, and a design that also holds for paints.
 
 Additive mixtures (patches too small to see, halftones, blended textures) are linear in reflectance, so what matches
 under a light still matches when mixed. Paints are not: absorption K and scattering S mix, and reflectance follows from
@@ -73,7 +73,7 @@ def paint_mixture(concentrations: ArrayLike, reflectances: ArrayLike, scattering
         raise InvalidInputError(f"scattering spans {strength.min():g} to {strength.max():g}; expected it above 0")
     absorption = np.where(surfaces > 0, absorption_from_reflectance(np.where(surfaces > 0, surfaces, 1.0)), np.inf)
     present = weights[..., None] > 0
-    # What is not in the mixture does not count, not even a perfect black's infinite K.
+    # A share of 0 must not count, even with a perfect black's infinite K.
     total = np.where(present, np.where(present, absorption, 0.0) * strength * weights[..., None], 0.0).sum(axis=-2)
     return reflectance_from_absorption(total / (strength * weights[..., None]).sum(axis=-2))
 

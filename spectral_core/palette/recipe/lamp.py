@@ -177,7 +177,7 @@ def lamp_recipe(
 
 
 def _whites(cct_k: float, duv: float, quality: LampQuality) -> list[Array]:
-    """The wanted white, then those at the ends of what is tolerated, a little inside."""
+    """The wanted white, then those slightly inside the ends of its tolerance."""
     require_range("color temperature", cct_k, 1_500, 20_000, " K")
     require_range("Duv", duv, -0.02, 0.02)
     around = {(0.0, 0.0)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What there is to mix from when no file of one's own is at hand: LED channels, and measured paint chips.
+"""Built-in libraries to mix from: LED channels, and measured paint chips.
 
 LEDs: bells at the peaks and widths that data sheets of today's color LEDs state, and the phosphor LEDs that the CIE
 measured (CIE 15:2018), each with one watt of radiation at full drive, so that drive levels are comparable. Paints: the
@@ -37,7 +37,7 @@ def _of_one_watt(name: str, channel: Illuminant) -> Illuminant:
 
 
 def told_apart(spectra: Sequence[Spectrum]) -> list[Spectrum]:
-    """The spectra, those that share a name numbered: a recipe that names two channels alike cannot be followed."""
+    """The spectra, with numbers added to equal names: nobody can follow a recipe with two channels of one name."""
     names = [spectrum.name for spectrum in spectra]
     return [
         replace(spectrum, name=f"{spectrum.name} {number}") if names.count(spectrum.name) > 1 else spectrum

@@ -73,7 +73,7 @@ class Colorants:
         return 4.0 if self.kind == "filters" else 1.0
 
     def reflectance(self, amounts: ArrayLike) -> Array:
-        """Reflectance (n,) of amounts (k,); paints are shares of the whole, whatever they sum to."""
+        """Reflectance (n,) of amounts (k,); amounts of paints are divided by their sum."""
         given = np.asarray(amounts, dtype=np.float64)
         if self.kind == "paints":
             return paint_mixture(given / given.sum(), self.spectra, self.scattering)
@@ -91,7 +91,7 @@ class Colorants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MaterialRecipe:
-    """``amounts`` (k,): shares of the mixture, coverages or thicknesses; ``reflectance`` is what they make.
+    """``amounts`` (k,): shares of the mixture, coverages or thicknesses; ``reflectance``: of the result.
 
     ``delta_e``: (L,) ΔE2000 to the target under each light. ``observer_delta_e``: (O, L), the same for every standard
     observer; ``metamerism_index``: the largest of it minus that of the first observer. ``dosage_delta_e``: (L,), mean
@@ -119,7 +119,7 @@ class MaterialRecipe:
 
     @property
     def unit(self) -> str:
-        """What an amount is."""
+        """Unit of an amount."""
         return {"paints": "shares", "inks": "coverages", "filters": "thicknesses"}[self.colorants.kind]
 
     def text(self, total_g: float = 100.0) -> str:
@@ -144,7 +144,7 @@ def material_recipe(
 
     Parameters
     ----------
-    colorants : what there is.
+    colorants : the available colorants.
     target : the wanted reflectance, on any grid, for example one that a palette designed.
     lights : illuminants under which the colors shall agree.
     most_colorants : colorants in the recipe, at least 1.

@@ -30,8 +30,8 @@ class PictureLoss:
     """What one picture lost against its mapped target. ``delta_e``: (H, W), ΔE2000 of each texel, float16.
 
     ``contrast``: regression of the shown details on those of the picture as it was given, 1 where all contrast is kept;
-    ``ghost``: the same regression on the other picture's details, 0 where nothing of it shows. Details are high-passed
-    lightness.
+    ``ghost``: what is shown beyond the mapped target, in the same regression on the other picture's details, 0 where
+    nothing of it shows. Details are high-passed lightness.
     """
 
     name: str
@@ -58,27 +58,35 @@ def texel_delta_e(wanted: NDArray[np.float32], weights: NDArray[np.float32], col
 
 
 def picture_losses(
-    pictures: Sequence[Picture], texture: SpectralTexture, delta_e: NDArray[np.float16]
+    pictures: Sequence[Picture],
+    texture: SpectralTexture,
+    delta_e: NDArray[np.float16],
+    mapping: tuple[float, float],
 ) -> tuple[PictureLoss, ...]:
-    """Statistics of each picture; ``delta_e`` (L, H, W) as ``texel_delta_e`` found it."""
+    """Statistics of each picture; ``delta_e`` (L, H, W) as ``texel_delta_e`` found it, ``mapping``: floor and slope."""
     height, width = delta_e.shape[1:]
     rows, columns = _even(height), _even(width)
     small = texture.weights[:, rows][:, :, columns]
 
-    def details(number: int) -> tuple[Array, Array]:
-        """High-passed lightness of a picture as it was given, and as it is shown."""
+    def details(number: int) -> tuple[Array, Array, Array]:
+        """High-passed lightness of a picture as it was given, as it was asked for, and as it is shown."""
         picture, light = pictures[number], texture.lights[number]
         thinned = type(picture)(picture.name, picture.pixels[rows][:, columns])
-        wanted = thinned.linear_rows(0, len(rows)).reshape(3, len(rows), -1)
+        given, asked = (
+            np.moveaxis(thinned.linear_rows(0, len(rows), *each).reshape(3, len(rows), -1), 0, -1)
+            for each in ((0.0, 1.0), mapping)
+        )
         reduced = type(texture)(small, texture.spectra, (light,))
-        return _details(np.moveaxis(wanted, 0, -1)), _details(reduced.picture(light))
+        return _details(given), _details(asked), _details(reduced.picture(light))
 
     with ThreadPoolExecutor() as pool:
-        own, shown = zip(*pool.map(details, range(len(pictures))), strict=True)
+        found = list(pool.map(details, range(len(pictures))))
     losses = []
-    for number, picture in enumerate(pictures):
-        others = [detail for other, detail in enumerate(own) if other != number]
-        contrast, ghost = _regression(shown[number], own[number], others[0] if others else None)
+    for number, (picture, (given, asked, shown)) in enumerate(zip(pictures, found, strict=True)):
+        others = [each[0] for other, each in enumerate(found) if other != number]
+        contrast = _regression(shown, [given, *others])[0]
+        # Against what was asked for, because the mapping's curve would count as a ghost where the other is flat.
+        ghost = abs(_regression(shown, [asked, *others])[1]) if others else 0.0
         mean, p95, p99, largest = _statistics(delta_e[number])
         losses.append(PictureLoss(picture.name, mean, p95, p99, largest, contrast, ghost, delta_e[number]))
     return tuple(losses)
@@ -111,10 +119,8 @@ def _details(linear_rgb: NDArray[np.floating]) -> Array:
     return np.asarray(lightness - gaussian_filter(lightness, width, mode="nearest"))
 
 
-def _regression(shown: Array, own: Array, other: Array | None) -> tuple[float, float]:
-    """Least-squares share of the own and of the other picture's details in what is shown."""
-    columns = [own.ravel()] if other is None else [own.ravel(), other.ravel()]
-    if not np.any(columns[0]):
-        return 1.0, 0.0
-    shares = np.linalg.lstsq(np.stack(columns, axis=1), shown.ravel(), rcond=None)[0]
-    return float(shares[0]), float(abs(shares[1])) if other is not None else 0.0
+def _regression(shown: Array, parts: list[Array]) -> Array:
+    """Least-squares share of each of the parts' details in what is shown; a picture without details keeps them all."""
+    if not np.any(parts[0]):
+        return np.array([1.0, 0.0])
+    return np.asarray(np.linalg.lstsq(np.stack([p.ravel() for p in parts], axis=1), shown.ravel(), rcond=None)[0])

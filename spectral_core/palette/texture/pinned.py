@@ -76,7 +76,7 @@ def design_pinned_texture(
     uplift = design_uplift(first, second, pins, basis.spectra, slope=max(basis.slope, 1e-3))
     weights, delta_e = _looked_up(picture, uplift, basis.slope, progress)
     texture = SpectralTexture(weights, uplift.basis, (first, second))
-    losses = picture_losses([picture], SpectralTexture(weights, uplift.basis, (first,)), delta_e)
+    losses = picture_losses([picture], SpectralTexture(weights, uplift.basis, (first,)), delta_e, (0.0, basis.slope))
     design = TextureDesign(
         texture, basis, 0.0, basis.slope, basis.slope, 0.0, losses, time.perf_counter() - started
     )  # fmt: skip

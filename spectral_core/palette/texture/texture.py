@@ -176,7 +176,7 @@ def design_texture(
     fitter = Fitter(color_from_weights, tuple(importance or [1.0] * len(lights)), corners)
     weights, delta_e, compressed = _fit_tiles(pictures, fitter, (floor, kept), progress)
     texture = SpectralTexture(weights, basis.spectra, tuple(lights))
-    losses = picture_losses(pictures, texture, delta_e)
+    losses = picture_losses(pictures, texture, delta_e, (floor, kept))
     size = weights[0].size
     return TextureDesign(
         texture, basis, floor, kept, stated, compressed / size, losses, time.perf_counter() - started

@@ -40,6 +40,8 @@ class AskedRender:
     prediction: Prediction
     outcome: Outcome
     notes: tuple[Note, ...]
+    sample_counts: NDArray[np.float32]
+    """(height, width) samples of each pixel."""
 
 
 def is_asked(settings: RenderSettings) -> bool:
@@ -116,6 +118,7 @@ def render_asked(
         prediction,
         Outcome(found.delta_e, found.spread, seconds, picture.mean_samples, reached),
         _notes(picture, found, seconds, settings, reached or stopped),
+        (2.0 * picture.counts).astype(np.float32).reshape(picture.size[::-1]),
     )
 
 

@@ -99,7 +99,7 @@ class ViewPicture:
             color, covered = sums
             part = np.empty((self.columns * self.rows, 4), np.float32)
             colors = np.array(color, dtype=np.float32).T
-            part[:, :3] = colors if self._launcher._plan is None else colors @ RGB_FROM_XYZ.T.astype(np.float32)
+            part[:, :3] = colors if self._launcher.plan is None else colors @ RGB_FROM_XYZ.T.astype(np.float32)
             part[:, 3] = np.array(covered)
             part /= self._counts[x, y]
             shown[y // step :: blocks, x // step :: blocks] = part.reshape(self.rows, self.columns, 4)

@@ -149,7 +149,7 @@ def load_scene(
     )
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
-    rules.subsurface = context.has_subsurface
+    rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
     return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
 
 

@@ -44,10 +44,14 @@ class Context:
 
     walks_below: bool = True
     """Whether the paths that are taken know how to walk below surfaces."""
+    has_holdouts: bool = False
+    """Whether any surface cuts holes into what the camera sees."""
     has_subsurface: bool = False
     """Whether any surface was made that they must walk below."""
     dyed: dict[str, Dyed] = field(default_factory=dict)
     """By material what is fluorescent of it, in spectral transport."""
+    material_of_shape: list[tuple[Any, str]] = field(default_factory=list)
+    """Every mesh that was made, and the name of its material."""
 
     @cached_property
     def tables(self) -> SceneTables:

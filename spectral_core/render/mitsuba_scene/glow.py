@@ -22,6 +22,17 @@ def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
     return result
 
 
+def sheen_clear(context: Context, closure: Principled, subject: str) -> Any:
+    """What the sheen of a Principled surface leaves for all that lies below, as a factor of a weight."""
+    description = {
+        "type": "sheen_clear",
+        "weight": paint.scalar_texture(context, closure.sheen_weight, subject),
+        "roughness": paint.scalar_texture(context, closure.sheen_roughness, subject),
+        "color": paint.reflectance(context, closure.sheen_tint, subject),
+    }
+    return paint.Made(context.load(description))
+
+
 def is_dark(surface: Surface | None) -> bool:
     """Whether a surface emits nothing."""
     emitted = [c.strength if isinstance(c, Emission) else getattr(c, "emission_strength", 0.0) for c in leaves(surface)]
@@ -37,6 +48,8 @@ def emission(context: Context, surface: Surface | None, subject: str) -> Any | N
         elif isinstance(closure, Principled):
             color, strength = closure.emission_color, closure.emission_strength
             weight = weight.times(closure.alpha)
+            if closure.sheen_weight != 0:
+                weight = weight.times(sheen_clear(context, closure, subject))
         else:
             continue
         term = _emission_term(context, (color, strength), weight, subject)

@@ -165,6 +165,8 @@ def constant_glow(surface: Surface | None) -> tuple[Color | Spectrum, float] | N
             color, strength = closure.color, closure.strength
         elif isinstance(closure, Principled):
             color, strength = closure.emission_color, closure.emission_strength
+            if closure.sheen_weight != 0:
+                return None
             weight = weight.times(closure.alpha)
         else:
             continue

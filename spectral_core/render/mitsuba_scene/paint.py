@@ -8,6 +8,7 @@ becomes its color, a reflectance under D65.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -162,14 +163,23 @@ def _listed(numbers: Array) -> str:
     return ",".join(f"{number:.9g}" for number in numbers)
 
 
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A texture that is already there, where a number or an image is expected."""
+
+    texture: Any
+
+
 def scalar(context: Context, value: Scalar, subject: str, power: float = 1.0) -> Any:
     """A number as float, or one per place as texture; ``power`` is applied to either."""
     if isinstance(value, Computed):
         return context.computed(value.program)
+    if isinstance(value, Made):
+        return value.texture
     if not isinstance(value, ImageTexture):
         return float(value) ** power
     amounts = color_pixels(value)
-    return _bitmap(context, value, amounts[..., :3].mean(axis=2, keepdims=True) ** power, subject)
+    return bitmap(context, value, amounts[..., :3].mean(axis=2, keepdims=True) ** power, subject)
 
 
 def scalar_texture(context: Context, value: Scalar, subject: str) -> Any:
@@ -184,7 +194,7 @@ def image(context: Context, texture: ImageTexture, subject: str) -> Any:
     if pixels.min() < 0 or pixels.max() > 1:
         context.note(subject, f"uses image {texture.name!r} with values outside 0 to 1; they are rendered at the limit")
         pixels = np.clip(pixels, 0.0, 1.0)
-    return _bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
+    return bitmap(context, texture, pixels if pixels.shape[2] == 3 else np.repeat(pixels, 3, axis=2), subject)
 
 
 def spectral_image(context: Context, paint: SpectralImage, subject: str) -> Any:
@@ -223,7 +233,7 @@ def _emitting_image(context: Context, texture: ImageTexture, strength: float, su
     if largest == 0:
         return context.load({"type": "uniform", "value": 0.0})
     share = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels
-    colors = _bitmap(context, texture, share / largest, subject)
+    colors = bitmap(context, texture, share / largest, subject)
     white = constant_emission(context, Color(np.ones(3)), strength * largest)
     return context.load({"type": "product_paint", "color": colors, "amount": white, "colored": True})
 
@@ -240,7 +250,8 @@ def color_pixels(texture: ImageTexture) -> NDArray[np.float32]:
     return pixels
 
 
-def _bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32], subject: str) -> Any:
+def bitmap(context: Context, texture: ImageTexture, pixels: NDArray[np.float32], subject: str) -> Any:
+    """Texture of pixels (height, width, 1 or 3) placed as an image is: numbers, or colors that are upsampled."""
     mi = context.mitsuba
     uv = texture.uv_from_mesh_uv
     if texture.extension == "clip":  # a frame of zeros that the last pixels then repeat

@@ -53,6 +53,8 @@ class RayRules:
     """By shape the number of the medium that it holds, and whether it is nothing but its border."""
     around: tuple[int, int] = (0, 0)
     """Numbers of the media of all space and at the camera."""
+    holdouts: bool = False
+    """Whether parts of some surface are holdouts."""
     reradiation: Any | None = None
     """Tables of fluorescent surfaces (``trace.reradiation``), None where there are none."""
 
@@ -86,6 +88,8 @@ class Tables:
         self.camera_world, self.subsurface = rules.camera_world, rules.subsurface
         self.surfaces, self.meshes = rules.surfaces, rules.meshes
         self.media: Any = None
+        self.has_holdout_surfaces = rules.holdouts
+        self.cuts_holes = rules.holdouts or any(bits & HOLDOUT for _, bits in rules.shapes)
         if rules.media:
             self.media = Media(mitsuba, rules.media, self._table(shape, rules.inside), *rules.around)
         self.reradiation = rules.reradiation

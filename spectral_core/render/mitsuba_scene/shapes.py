@@ -103,6 +103,7 @@ class Shapes:
         shape, name = geometry.mesh_shape(self.context, part, children), self._material(instance, index).name
         self.context.bsdf.surfaces.assign(shape, name)
         self.context.meshes.add(shape)
+        self.context.material_of_shape.append((shape, name))
         if name in self.context.dyed:
             self.context.dyed[name].shapes.append(shape)
         return shape

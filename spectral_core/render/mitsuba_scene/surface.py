@@ -15,8 +15,9 @@ from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.dielectric import coat_inputs, facet_inputs, glass_inputs, specular_inputs
 from spectral_core.render.mitsuba_scene.fluorescent import fluorescent_lobes
-from spectral_core.render.mitsuba_scene.glow import emission, is_dark
-from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Source, Tint
+from spectral_core.render.mitsuba_scene.glow import emission, is_dark, sheen_clear
+from spectral_core.render.plugins.closures.sheen import sheen_tables
+from spectral_core.render.plugins.surfaces.sources import Albedos, Lobe, Number, Source, Tint
 from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (
     Color,
@@ -24,10 +25,12 @@ from spectral_core.scene import (
     Fluorescent,
     Glass,
     Glossy,
+    Holdout,
     Metal,
     Paint,
     Principled,
     Scalar,
+    Sheen,
     Subsurface,
     Surface,
     Toon,
@@ -66,7 +69,7 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
     """What one closure scatters, as weighted leaves."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
-        if normal is not None and made.name != "clear":
+        if normal is not None and made.name not in ("clear", "holdout"):
             plain = isinstance(closure, Principled) and isinstance(closure.metallic, float) and closure.metallic < 0.5
             softens = plain or isinstance(closure, (Diffuse, Translucent, Subsurface))
             made = Lobe("bent", {"closure": made, "normal": paint.vector(normal.program), "softens": softens})
@@ -87,6 +90,11 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
         yield weight, _glass(context, (color, color), closure, closure.ior, subject)
     elif isinstance(closure, Transparent):
         yield weight, Lobe("tinted_clear", {"color": paint.color(context, closure.color, subject)})
+    elif isinstance(closure, Holdout):
+        context.has_holdouts = True
+        yield weight, Lobe("holdout", {})
+    elif isinstance(closure, Sheen):
+        yield weight, _sheen(context, (closure.color, closure.roughness, closure.microfiber), subject)
     elif isinstance(closure, Translucent):
         yield weight, Lobe("blender_translucent", {"color": paint.color(context, closure.color, subject)})
     elif isinstance(closure, Toon):
@@ -188,6 +196,7 @@ def _glass(
         "smooth": smooth,
         "halves": halves,
         "reflects": getattr(closure, "reflects", True),
+        "keeps_energy": closure.multiple_scattering,
         **glass_inputs(context, ior, smooth=smooth),
     }
     if not smooth:
@@ -197,9 +206,11 @@ def _glass(
 
 
 def _principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
-    if closure.sheen_weight != 0:
-        context.note(subject, "uses sheen, which is left out")
     opaque = weight.times(closure.alpha)
+    if closure.sheen_weight != 0:
+        sheen = (closure.sheen_tint, closure.sheen_roughness, True)
+        yield opaque.times(closure.sheen_weight), _sheen(context, sheen, subject)
+        opaque = opaque.times(sheen_clear(context, closure, subject))
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
     base = paint.color(context, closure.base_color, subject)
@@ -243,6 +254,18 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
     if closure.transmission != 0 and closure.metallic != 0:
         metal = opaque.times(closure.transmission).times(closure.metallic)
         yield metal, Lobe("blender_principled", {**reflecting, "metallic": Number(1.0)})
+
+
+def _sheen(context: Context, made_of: tuple[Paint, Scalar, bool], subject: str) -> Lobe:
+    color, roughness, microfiber = made_of
+    inputs: dict[str, Any] = {
+        "color": paint.color(context, color, subject),
+        "roughness": paint.number(context, roughness, subject),
+        "ashikhmin": not microfiber,
+    }
+    if microfiber:
+        inputs |= {name: Albedos(values) for name, values in sheen_tables().items()}
+    return Lobe("blender_sheen", inputs)
 
 
 def _is_white(color: Any) -> bool:

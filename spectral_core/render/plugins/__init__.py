@@ -17,10 +17,12 @@ def register(variant: str) -> None:
     import drjit
     import mitsuba
 
-    from spectral_core.render.plugins.closures import bent, glass, matt, rough, sharp, subsurface
+    from spectral_core.render.plugins.closures import bent, glass, holdout, matt, rough, sharp, sheen, subsurface
     from spectral_core.render.plugins.lamps import emitters, environment
     from spectral_core.render.plugins.paints import spectral_image, textures
 
-    for module in (textures, spectral_image, emitters, environment, sharp, matt, rough, glass, bent, subsurface):
+    paints, lamps = (textures, spectral_image), (emitters, environment)
+    closures = (sharp, matt, rough, glass, bent, subsurface, holdout, sheen)
+    for module in (*paints, *lamps, *closures):
         module.register(mitsuba, drjit)
     _registered.add(variant)

@@ -43,6 +43,8 @@ class _Tile:
     bands: Any
     lost: Any
     """Samples per pixel whose radiance was NaN or Inf: they count as black."""
+    light: Any = None
+    """Shares of the light (pixels · rows · 3), where the integrator tells them apart."""
 
 
 class Accumulator:
@@ -50,6 +52,9 @@ class Accumulator:
 
     ``keep`` False makes no room for sums: for what traces pixels of its own choice.
     """
+
+    keeps_light = True
+    """Whether shares of the light are summed, where the integrator tells them apart."""
 
     def __init__(
         self, mitsuba: Any, camera: Camera, film: Film, wavelengths: WavelengthPlan | None, *, keep: bool = True
@@ -60,19 +65,19 @@ class Accumulator:
         self.film, self.frame = film, camera_frame(camera, film)
         self.samples = 0
         self._offsets = mitsuba.Float(filter_offsets(film))
-        self._plan = wavelengths
+        self.plan = wavelengths
         if wavelengths is not None:
             self._spectral_tables(wavelengths)
         width, height = film.size
         pixels = width * height if keep else 0
-        self._tiles = [
+        self.tiles = [
             self._new_tile(first, min(TILE_PIXELS, pixels - first)) for first in range(0, pixels, TILE_PIXELS)
         ]
 
     @property
     def band_count(self) -> int:
         """Number of spectral channels beside the picture."""
-        return 0 if self._plan is None else len(self._plan.responses) - 3
+        return 0 if self.plan is None else len(self.plan.responses) - 3
 
     def _spectral_tables(self, plan: WavelengthPlan) -> None:
         mi = self._mi
@@ -120,13 +125,13 @@ class Accumulator:
     @property
     def lost(self) -> int:
         """Samples so far whose radiance was not a finite number."""
-        return sum(int(np.array(tile.lost).sum(dtype=np.int64)) for tile in self._tiles)
+        return sum(int(np.array(tile.lost).sum(dtype=np.int64)) for tile in self.tiles)
 
     def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the share of the pass that is done after each tile."""
-        for done, tile in enumerate(self._tiles, 1):
+        for done, tile in enumerate(self.tiles, 1):
             self._trace(first_hit, integrator, tile, samples)
-            yield done / len(self._tiles)
+            yield done / len(self.tiles)
         self.samples += samples
 
     def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
@@ -139,10 +144,15 @@ class Accumulator:
         sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
         first, total = self._span(samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
+        tells_apart = getattr(integrator, "book_into", None) if self.keeps_light else None
+        if tells_apart is not None and tile.light is None:
+            tile.light = dr.opaque(mi.Float, 0.0, tile.count * integrator.rows * 3)
 
         def body(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
             sampler.begin(index)
             ray, cells, within = self._ray(corner, sampler)
+            if tells_apart is not None:
+                tells_apart(tile.light, lane, lambda light: self._measure(light, cells, within))
             radiance, coverage, finite = self._follow(first_hit, integrator, sampler, ray)
             color = self._measure(radiance, cells, within)
             # what is finite as radiance may overflow in the measure: it counts as lost as well
@@ -159,7 +169,9 @@ class Accumulator:
             body,
             labels=("index", "sums", "covered", "lost"),
         )
-        dr.eval(tile.sums, tile.covered, tile.lost, bands)
+        if tells_apart is not None:
+            tells_apart(None, None, None)
+        dr.eval(tile.sums, tile.covered, tile.lost, bands, tile.light)
         dr.sync_thread()
 
     def _pixels(self, tile: _Tile) -> Any:
@@ -177,7 +189,7 @@ class Accumulator:
         looks = ray.maxt > 0.0
         ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
-        if first_hit.transparent:
+        if first_hit.looks_through:
             passed, behind = first_hit.straight_through(ray)
         # volumes stand before whatever the walk has met; their first extra channel is what they let through
         has_volumes = bool(integrator.aov_names())
@@ -210,10 +222,10 @@ class Accumulator:
     def _draw_wavelengths(self, ray: Any, spectral: Any) -> tuple[Any, Any]:
         """Give a ray its wavelengths; their cells and places within them, None in RGB transport."""
         mi, dr = self._mi, self._dr
-        if self._plan is None:
+        if self.plan is None:
             return None, None
         # a comb of four that slides through a quarter of the interval; under dispersion one tooth stands for all
-        comb = [0.25 * (spectral + k) for k in range(4)] if self._plan.teeth == 4 else [spectral] * 4
+        comb = [0.25 * (spectral + k) for k in range(4)] if self.plan.teeth == 4 else [spectral] * 4
         cells, within = [], []
         for k in range(4):
             # One number chooses the cell, and what is left of it the place within: the stratification reaches into
@@ -240,7 +252,7 @@ class Accumulator:
     def _measure(self, radiance: Any, cells: Any, within: Any) -> Any:
         """Linear sRGB of one sample in RGB transport, XYZ in spectral transport."""
         mi, dr = self._mi, self._dr
-        if self._plan is None:
+        if self.plan is None:
             return mi.Color3f(radiance)
         channels = []
         for starts, ends in zip(self._starts, self._ends, strict=True):
@@ -271,10 +283,10 @@ class Accumulator:
         """Mean so far: (height, width, 4) linear sRGB and coverage, row 0 at the bottom; zeros before any sample."""
         width, height = self.film.size
         pixels = np.empty((width * height, 4), np.float32)
-        for tile in self._tiles:
+        for tile in self.tiles:
             part = slice(tile.first, tile.first + tile.count)
             color = np.array(tile.sums, dtype=np.float64).T / max(1, self.samples)
-            pixels[part, :3] = color if self._plan is None else color @ RGB_FROM_XYZ.T
+            pixels[part, :3] = color if self.plan is None else color @ RGB_FROM_XYZ.T
             pixels[part, 3] = np.array(tile.covered) / max(1, self.samples)
         pixels[:, :3] *= self.film.exposure
         return pixels.reshape(height, width, 4)
@@ -282,6 +294,6 @@ class Accumulator:
     def band_picture(self) -> NDArray[np.float32]:
         """Mean so far of the spectral channels: (height, width, n_bands), row 0 at the bottom, without exposure."""
         width, height = self.film.size
-        parts = [np.array(tile.bands).reshape(tile.count, -1) for tile in self._tiles]
+        parts = [np.array(tile.bands).reshape(tile.count, -1) for tile in self.tiles]
         means: NDArray[np.float32] = np.concatenate(parts).reshape(height, width, -1) / np.float32(max(1, self.samples))
         return means

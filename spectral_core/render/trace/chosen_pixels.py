@@ -39,6 +39,8 @@ class Sums:
 class ChosenPixels(Accumulator):
     """Traces pixels by number (row · width + column, row 0 at the bottom) through one loaded scene."""
 
+    keeps_light = False
+
     def __init__(
         self,
         mitsuba: Any,
@@ -71,7 +73,7 @@ class ChosenPixels(Accumulator):
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)
         colors = np.array(tile.sums, dtype=np.float64).T
-        colors = colors if self._plan is None else colors @ RGB_FROM_XYZ.T
+        colors = colors if self.plan is None else colors @ RGB_FROM_XYZ.T
         bands = None
         if self.band_count:
             bands = np.array(tile.bands, dtype=np.float64).reshape(len(pixels), -1)

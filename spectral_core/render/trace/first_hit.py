@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
+from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.scene import Rays
 
@@ -22,7 +23,8 @@ MOST_LAYERS = 64
 class FirstHit:
     """Walks camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
 
-    ``transparent``: the environment is not seen directly; ``radiance`` and coverage then leave it out.
+    ``transparent``: the environment is not seen directly; ``radiance`` and coverage then leave it out. Holdouts
+    cut holes into either kind of film.
     """
 
     mitsuba: Any
@@ -33,6 +35,11 @@ class FirstHit:
     """The emitter that the camera sees behind everything, None for black."""
     rules: Tables | None = None
     """Which shapes the camera does not see, and which are holdouts."""
+
+    @property
+    def looks_through(self) -> bool:
+        """Whether a pixel may be covered in part."""
+        return self.transparent or (self.rules is not None and self.rules.cuts_holes)
 
     def past_hidden(self, ray: Any) -> Any:
         """The ray, started behind the hidden shapes that lie on its way before anything else."""
@@ -62,7 +69,7 @@ class FirstHit:
     def straight_through(self, ray: Any) -> tuple[Any, Any]:
         """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light seen there.
 
-        A holdout covers nothing and shows nothing.
+        A holdout covers nothing and shows nothing. Where the film is not transparent the environment covers.
         """
         import drjit as dr
 
@@ -79,6 +86,10 @@ class FirstHit:
             unseen, is_hole = self._rules_of(si, met)
             clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
+            if self.rules is not None and self.rules.has_holdout_surfaces:
+                si.dn_dv = mi.Vector3f(QUESTION, 0.0, 0.0)
+                share = self.surface(si).eval_null_transmission(si, met & ~unseen & ~is_hole) - clear
+                hole = dr.select(met & ~unseen & ~is_hole, hole + passed * dr.maximum(share, 0.0), hole)
             passed = dr.select(is_hole, 0.0, dr.select(met & ~unseen, passed * clear, passed))
             if self.rules is not None and fills is not None:
                 way = dr.select(si.is_valid(), si.t, dr.inf)
@@ -96,6 +107,8 @@ class FirstHit:
         clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
         start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, mi.UInt32(0), mi.Bool(True))
         _, _, passed, hole, _, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)
+        if not self.transparent:
+            return hole, mi.Spectrum(0.0)
         environment = self.background
         if environment is None:
             return passed + hole, mi.Spectrum(0.0)

@@ -173,6 +173,24 @@ class Reradiation:
         return dr.select(inside, dr.lerp(first, second, place - mi.Float(low)), 0.0)
 
 
+def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
+    """Where light leaves evenly whatever the surface is, and a direction on the side that it leaves on.
+
+    So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at the
+    wavelengths that excite the dye.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    toward, tables = mi.Vector3f(si.dn_du), integrator.tables.reradiation
+    if tables is None:
+        return path.leaves, -toward
+    others, factor, shifted = tables.shift(si, sampler, active & ~path.leaves)
+    si.wavelengths = others
+    path.throughput *= factor
+    return path.leaves | shifted, dr.select(shifted, toward, -toward)
+
+
 def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emission: Array) -> Array:
     """(m + 1,) cumulative probability of exciting wavelengths; ``excitation``, ``emission``: (dyes, n) of a surface."""
     viewer = observer(STANDARD)

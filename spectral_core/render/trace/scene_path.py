@@ -15,7 +15,7 @@ from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, RayRules, Tables
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import hit_sides, in_media, path_limits
+from spectral_core.render.trace import hit_sides, in_media, path_limits, reradiation
 from spectral_core.render.trace.path_settings import MOST_LAYERS, ROULETTE_BOUNCES, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.render.trace.subsurface import cosine_out, leaving, walk
@@ -46,6 +46,7 @@ def scene_path_class(variant: str) -> Any:
 
         State = PathState
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
+        even_lobe = reradiation.even_lobe
         seen_side, lets_through, kind_of = hit_sides.seen_side, hit_sides.lets_through, hit_sides.kind_of
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
@@ -61,6 +62,8 @@ def scene_path_class(variant: str) -> Any:
             """What the ray brought, by what it came from."""
             self.asked: Any = None
             """Number of the light that the last surface asked."""
+            self.asked_way: Any = None
+            """Local direction to that light, and what the surface sends on from there."""
             self.fog: Any = None
             """Whether the path scatters in a medium now, and the medium."""
 
@@ -76,7 +79,7 @@ def scene_path_class(variant: str) -> Any:
                 labels=("path", "sampler"),
             )
             # they are of inside the loop; a recorded launch reads every member of the integrator after it
-            self.met = self.asked = self.fog = None
+            self.met = self.asked = self.asked_way = self.fog = None
             return state.light, state.seen, []
 
         def begin(self, ray: Any, active: Any) -> Any:
@@ -173,7 +176,8 @@ def scene_path_class(variant: str) -> Any:
         def fly(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
             """Through a medium to the next surface: whether the path scatters before it, and where."""
             flight, place = in_media.fly(self.tables.media, (si, path), sampler, active)
-            path.light += self.clamped(dr.select(active, path.throughput * flight.glow, 0.0), path.depth > 1)
+            glow = mi.Spectrum(dr.select(active, path.throughput * flight.glow, 0.0))
+            path.light = mi.Spectrum(path.light + self.clamped(glow, path.depth > 1))
             path.throughput *= dr.select(active, flight.weight, 1.0)
             self.fog = flight.scatters, path.medium
             return flight.scatters, place
@@ -194,12 +198,16 @@ def scene_path_class(variant: str) -> Any:
             kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
             path.kind = dr.select(scatters, kind, path.kind)
 
-        def arrived(self, si: Any, path: Any, active: Any) -> Any:
-            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling."""
+        def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
+            """Light that a ray meets: from lamps, a glowing surface or the surroundings, weighed against sampling.
+
+            ``of``: which lights count, by their number; all if None.
+            """
             scattered = dr.select(path.depth > 0, path.depth - 1, 0)
 
             def share(number: Any, pdf: Any, on: Any) -> Any:
                 lit = on & self.tables.lights_it(number, path.kind, scattered, path.before_shape)
+                lit = lit if of is None else lit & of(number)
                 if self.tables.shadowless is not None:
                     # what nothing blocks is sampled only: a ray may be blocked on its way there
                     lit &= (self.tables.look_up(self.tables.shadowless, number) == 0) | path.before_delta
@@ -211,23 +219,9 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.camera_world is not None:
                 seen = active & ~si.is_valid() & ((path.kind & int(Rays.CAMERA)) != 0)
             self.met = self.lights.met(si, path, share, self.tables, active, ~seen)
-            if self.tables.camera_world is not None:
+            if self.tables.camera_world is not None and of is None:
                 self.met.world += dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
             return dr.select(active, self.met.lamps + self.met.glows + self.met.world, 0.0)
-
-        def even_lobe(self, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
-            """Where light leaves evenly whatever the BSDF is, and a direction on the side that it leaves on.
-
-            So it does where it comes from below the surface, and where a dye sends it out: the path then goes on at
-            the wavelengths that excite the dye.
-            """
-            toward = mi.Vector3f(si.dn_du)
-            if self.tables.reradiation is None:
-                return path.leaves, -toward
-            others, factor, shifted = self.tables.reradiation.shift(si, sampler, active & ~path.leaves)
-            si.wavelengths = others
-            path.throughput *= factor
-            return path.leaves | shifted, dr.select(shifted, toward, -toward)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
             """Light of one emitter drawn for a hit (interaction, BSDF, number, even lobe), through what is clear."""
@@ -256,6 +250,7 @@ def scene_path_class(variant: str) -> Any:
             if self.tables.has_even_lobes:
                 out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
                 value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
+            self.asked_way = (wo, value)
             share = dr.select(drawn.delta, 1.0, squared_share(drawn.pdf, pdf))
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:

@@ -10,7 +10,7 @@ from spectral_core.scene.shading.registry import operation
 from spectral_core.scene.shading.tuples import clip, each, mix, safe_divide
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear sRGB (IEC 61966-2-1): what Blender takes where a color meets a number socket."""
+"""Luminance of linear sRGB (IEC 61966-2-1), which Blender computes when a color is linked to a number socket."""
 
 
 @operation("3", 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a program knows about the point that it shades, and what depends on the view: Fresnel, Bump, Normal Map."""
+"""Inputs of a program at the shaded point, and operations that depend on the view: Fresnel, Bump, Normal Map."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def reflection(xp: Any, incoming: Any, normal: Any) -> Any:
 
 
 def _wrapped(xp: Any, cell: Any, size: Any, extension: str) -> tuple[Any, Any]:
-    """Column or row inside an image, and whether it stands for a pixel at all."""
+    """Column or row inside an image, and whether there is a pixel."""
     inside = (cell >= 0.0) & (cell < size)
     if extension == "repeat":
         cell = cell - size * xp.floor(cell / size)

@@ -37,7 +37,7 @@ def jenkins(xp: Any, *keys: Any) -> Any:
         c = c ^ b
         c = c - _turn(b, shift)
         a, b, c = b, c, a
-    # seven steps rotate the names by one: what Blender returns as c now stands in b
+    # seven steps rotate the names by one: Blender's result c is now in b
     return b
 
 

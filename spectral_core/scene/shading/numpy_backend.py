@@ -10,7 +10,7 @@ import numpy as np
 
 
 class NumPy:
-    """What operations may use, on NumPy arrays that broadcast."""
+    """Functions that operations may use, on NumPy arrays that broadcast."""
 
     sin, cos, tan, atan, exp, tanh = np.sin, np.cos, np.tan, np.arctan, np.exp, np.tanh
     floor, ceil, trunc, absolute = np.floor, np.ceil, np.trunc, np.abs

@@ -41,7 +41,7 @@ class Instruction:
 
     @property
     def shape(self) -> tuple[Any, ...]:
-        """What a kernel must know: everything but numbers and contents."""
+        """Structure of a program: everything but its numbers and image contents. Equal shapes share a kernel."""
         kind = None if self.data is None else getattr(self.data, "shape_key", ("table", np.shape(self.data)))
         return self.operation, self.inputs, self.settings, kind
 
@@ -64,7 +64,7 @@ class Program:
 
     @property
     def inputs(self) -> frozenset[str]:
-        """What it reads from the point that is shaded, by name."""
+        """Names of its inputs from the shaded point."""
         return frozenset(str(i.settings[0]) for i in self.instructions if i.operation.endswith("_input")) | frozenset(
             f"{str(space).lower()}_transform"
             for i in self.instructions
@@ -88,7 +88,7 @@ class Program:
         Parameters
         ----------
         read : inputs by name and shift, arrays (n,) or tuples of three; None where the program reads none.
-        dtype : float64, or float32 for what a renderer computes.
+        dtype : float64, or float32 to compute as the renderer does.
         transform : (vector, kind, space, inverse) to the vector in another space; None where the program asks for none.
 
         Returns
@@ -138,7 +138,7 @@ class Computed:
 
     @property
     def typical(self) -> NDArray[np.float64]:
-        """Mean (1,) or (3,) over a grid of 16 x 16 places: for what needs one value, such as a plan."""
+        """Mean (1,) or (3,) over a grid of 16 × 16 points, for callers that need one value, such as the plan."""
         return mean_of(self.program)
 
 
@@ -228,8 +228,8 @@ class Builder:
         place: dict[int, int] = {}
 
         def reads(k: int) -> int:
-            """Where an operand stands. A constant is entered again for each that reads it: were equal ones shared, a
-            number edited to equal another would change the shape.
+            """Index of an operand. Each reader of a constant gets its own copy: if equal constants were shared,
+            editing one number to equal another would change the shape.
             """
             if not self._instructions[k].values:
                 return place[k]

@@ -228,7 +228,7 @@ def voronoi_color(xp: Any, *inputs: Any) -> Any:
 
 @operation(WIDTHS, 3)
 def voronoi_position(xp: Any, *inputs: Any) -> Any:
-    """Voronoi Texture's Position; what a texture of fewer dimensions lacks is 0."""
+    """Voronoi Texture's Position; missing dimensions are 0."""
     place = _voronoi(xp, inputs[:9], *inputs[9:])[2]
     zero = 0.0 * place[0]
     return tuple(place[:3]) if len(place) >= 3 else (*place, *((zero,) * (3 - len(place)))) if len(place) == 2 else (

@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 FORMATS = {"csv": (".csv", ".tsv", ".txt"), "spdx": (".spdx", ".xml"), "spd": (".spd",)}
-"""Format names, and the file name endings that stand for each."""
+"""Format names, each with its file name endings."""
 
 
 def read_spectra(
@@ -49,7 +49,7 @@ def read_spectra(
 
     ``kind``: ``"illuminant"``, ``"reflectance"`` or ``"spectrum"``; None takes what the file states, and a plain
     ``Spectrum`` where it states nothing. ``wavelength_unit``: ``"nm"``, ``"um"``, ``"angstrom"`` or ``"m"``;
-    ``value_unit``: ``"fraction"`` or ``"percent"``; None takes what the file states, else nm and fraction.
+    ``value_unit``: ``"fraction"`` or ``"percent"``; None uses the file's statement, else nm and fraction.
     Raises FileFormatError (file, line, what was expected), UnknownNameError.
     """
     file = Path(path)

@@ -49,7 +49,7 @@ class ReadOptions:
 
 @dataclass(slots=True)
 class Column:
-    """One spectrum as read: numbers with the line that each stands on, and what the file states about them."""
+    """One spectrum as read: numbers with their line numbers, and the file's statements about them."""
 
     name: str
     lines: list[int] = field(default_factory=list)

@@ -104,7 +104,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _runs_across(header: Row, body: list[Row]) -> bool:
-    """Whether wavelengths stand in the first row: only where the first column cannot be wavelengths."""
+    """Whether the first row holds the wavelengths: only if the first column cannot be wavelengths."""
     across = header[1][1:]
     if len(across) < 2 or not all(map(is_number, across)):
         return False
@@ -112,7 +112,7 @@ def _runs_across(header: Row, body: list[Row]) -> bool:
     if len(down) > 1 and all(map(is_number, down)):
         steps_down = np.diff([float(cell) for cell in down])
         if np.all(steps_down > 0) or np.all(steps_down < 0):
-            # Both axes ascend: sample numbers 1, 2, 3 … stand on the other one, and wavelengths are the larger numbers.
+            # Both axes ascend: one counts samples (1, 2, 3 …), the one with larger numbers holds wavelengths.
             return float(across[0]) > max(float(cell) for cell in down)
     return True
 
@@ -186,7 +186,7 @@ def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
 
 
 def _last_word(heading: str) -> tuple[str, str, bool]:
-    """A heading without its last word, that word, and whether it stands in brackets; a lone word is the last one.
+    """A heading without its last word, that word, and whether it is in brackets; a single word is the last one.
 
     Written out, not as a pattern: a pattern that finds the bracket from the front tries every start, and a heading of
     20,000 blanks took hours.

@@ -166,7 +166,7 @@ class _Handler:
         self._wavelength = 0.0
 
     def parse(self, text: str) -> None:
-        # The text is decoded already, so what the declaration says about its encoding no longer holds.
+        # The text is already decoded, so the encoding in the XML declaration no longer applies.
         try:
             self._parser.Parse(text.encode("utf-8"), True)
         except expat.ExpatError as error:

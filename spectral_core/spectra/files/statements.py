@@ -36,7 +36,7 @@ class Statements:
                 self._found[word.strip().lower()] = (line, values)
 
     def apply(self, columns: Sequence[Column]) -> None:
-        """Set what was stated on each column. Raises FileFormatError for an unknown word or a wrong count."""
+        """Apply the file's statements to the columns. Raises FileFormatError for an unknown word or a wrong count."""
         for word, (line, stated) in self._found.items():
             # A name or source that others wrote may hold commas of its own: then it is one text for all.
             prose = word in ("name", "source") and len(stated) != len(columns)

@@ -95,7 +95,7 @@ def _transfer(
     if isinstance(g, SampledFunction):
         g.require_one_variable()
         return [g]
-    if not low < high:  # constant data: nothing of g is passed through but one value
+    if not low < high:  # constant data: only one value of g is used
         return [SampledFunction.regular(np.zeros(3))]
     values = np.linspace(low, high, _TRANSFER_SAMPLES)
     if isinstance(g, TransferFunction):

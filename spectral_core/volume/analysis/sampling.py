@@ -33,7 +33,7 @@ class RegularSamples:
 
     @property
     def count_inside(self) -> int:
-        """Samples inside the interval: what the rate costs."""
+        """Number of samples inside the interval: the cost of the rate."""
         inside = (self.positions >= self.interval[0]) & (self.positions <= self.interval[1])
         return int(inside.sum())
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A transfer function as people state it: over data values or fractions of their range, per world unit or voxel.
 
-``TransferDocument`` keeps that statement; ``for_volume`` makes of it what a renderer takes. As a plain document of
+``TransferDocument`` keeps that statement; ``for_volume`` converts it to a transfer function. As a plain document of
 strings, numbers, lists and tables it is what the files hold, and what a .blend stores.
 """
 
@@ -48,7 +48,7 @@ class TransferDocument:
     def for_volume(self, volume: ScalarVolume, value_range: tuple[float, float] | None = None) -> TransferFunction:
         """The function over the volume's data values, per world unit.
 
-        ``value_range`` is what fractions are of, the volume's own by default: a sequence keeps one for all its frames.
+        Fractions refer to ``value_range``, by default the volume's own: a sequence keeps one for all its frames.
         A voxel's length is the cube root of its volume, for voxels that are no cubes.
         """
         low, high = volume.value_range if value_range is None else value_range
@@ -84,7 +84,7 @@ def _fitted(material: Material, start: float, scale: float, per_world: float) ->
 
 
 def document_of(stated: TransferDocument) -> dict[str, Any]:
-    """As strings, numbers, lists and tables; what is at its default is left out."""
+    """As strings, numbers, lists and tables, without entries that have their default."""
     document: dict[str, Any] = {"format": FORMAT, "version": VERSION}
     if stated.title:
         document["title"] = stated.title

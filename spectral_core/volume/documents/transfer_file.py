@@ -22,7 +22,7 @@
     color = [0.5, 0.7, 1.0]
     lit = false                         # shines by itself instead of in the scene's light
 
-A spectrum is what it is in every document, see ``spectral_core.documents``.
+A spectrum is written as in every document, see ``spectral_core.documents``.
 ``transfer.schema.json`` says it all for editors.
 """
 

@@ -91,7 +91,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def _read_header(stream: BinaryIO, path: Path) -> _Header:
-    """Lines up to ElementDataFile, which is the last; the stream then stands at what follows it."""
+    """Header lines up to ElementDataFile, the last one; the stream is then at the data."""
     fields: dict[str, str] = {}
     for line in header_lines(stream, path):
         key, separator, value = line.decode("utf-8", "replace").partition("=")

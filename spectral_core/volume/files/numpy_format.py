@@ -54,7 +54,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def _require_bounded(path: Path) -> None:
-    """FileFormatError where what an .npz unpacks to, or an .npy states, is more than memory or the file can hold."""
+    """Raise FileFormatError if an .npz unpacks to, or an .npy states, more than memory or the file can hold."""
     size = path.stat().st_size
     if not zipfile.is_zipfile(path):
         return require_room(size, path)

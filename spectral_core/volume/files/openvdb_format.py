@@ -32,7 +32,7 @@ from spectral_core.volume.files.vdb.write import write_grid
 from spectral_core.volume.files.vtk_format import choose_array
 
 DENSITY_GRID = "density"
-"""The name under which a volume is written: what Blender's materials look for."""
+"""Name of the written grid, which Blender's materials expect."""
 _DTYPES = {
     "float": "f4",
     "half": "f4",
@@ -182,7 +182,7 @@ def _require_holdable(name: str, shape: tuple[int, ...], dtype: np.dtype, path: 
 
 
 def _restored(array: NDArray[Any], dtype: str) -> NDArray[Any]:
-    """The type that ``write`` was given, where values still are of it: other programs keep what they do not know."""
+    """The data type that ``write`` recorded, if the values still fit it: other programs copy unknown metadata."""
     if dtype not in _WRITTEN:
         return array
     back = array.astype(dtype)

@@ -25,7 +25,7 @@ MOST_DIGITS = 64
 _BLANK = re.compile(rb"\s")
 Names = TypeVar("Names", list[str], range)
 BROKEN_STREAM = (EOFError, OSError, zlib.error, lzma.LZMAError)
-"""What the standard decompressors raise for a stream that is cut or damaged."""
+"""Errors of the standard decompressors for a stream that is cut or damaged."""
 
 
 def open_payload(path: Path, named_by: Path) -> BinaryIO:
@@ -40,7 +40,7 @@ def open_payload(path: Path, named_by: Path) -> BinaryIO:
 
 
 def listed_files(stream: BinaryIO, folder: Path, header: Path) -> list[Path]:
-    """The data files that stand behind ``LIST``, a line each. Raises FileFormatError."""
+    """The data files that are listed after ``LIST``, one per line. Raises FileFormatError."""
     names = [line.strip().decode("utf-8", "replace") for line in header_lines(stream, header)]
     return [folder / name for name in _bounded([name for name in names if name], header)]
 
@@ -75,7 +75,7 @@ def read_numbers(
 ) -> NDArray[Any]:
     """``count`` numbers from ``stream`` at its position, encoded raw, gzip, bzip2, zlib or ascii; native, read-only.
 
-    ``exact`` refuses what follows the numbers, for payloads that should fill their file.
+    ``exact`` refuses further bytes after the numbers, for payloads that should fill their file.
     """
     if encoding == "ascii":
         most = MOST_DIGITS * min(count, half_of_memory() // MOST_DIGITS)

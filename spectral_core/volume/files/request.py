@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a caller may say beside the path: which field, which component of it, and how bare bytes are laid out."""
+"""Options beside the path: which field, which of its components, and the layout of raw bytes."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def _collected_errors() -> Iterator[list[str]]:
 
 
 def _refuse_cut(file: Any, path: Path) -> None:
-    """tifffile fills what is missing with zeros in some cases; here every page's bytes must lie in the file."""
+    """Raise FileFormatError if a page's bytes are not in the file; tifffile may fill them with zeros."""
     size = path.stat().st_size
     for number, page in enumerate(file.pages):
         page = page.aspage()
@@ -146,7 +146,7 @@ def _refuse_cut(file: Any, path: Path) -> None:
 
 
 def _require_honest_strips(page: Any, number: int, path: Path) -> None:
-    """FileFormatError where a strip unpacks to more than a page needs: the codecs unpack whatever there is."""
+    """Raise FileFormatError if a strip unpacks to more than a page needs: the codecs themselves set no limit."""
     if int(page.compression) not in _DEFLATE:
         return
     most = page.nbytes + _SLACK_BYTES

@@ -33,7 +33,7 @@ from spectral_core.volume.files.vtk_format import choose_array
 _TYPES = {f"{kind}{bits}": f"{kind[0].lower()}{bits // 8}" for kind in ("UInt", "Int") for bits in (8, 16, 32, 64)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
 _LZMA_BYTES = 256 << 20
-"""What unpacking LZMA may take beside the data: the dictionary of its strongest setting is 64 MiB."""
+"""Memory for unpacking LZMA beside the data: the dictionary of its strongest setting has 64 MiB."""
 _APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_", re.DOTALL)
 
 
@@ -56,7 +56,7 @@ class _File:
     path: Path
     root: Any
     appended: bytes
-    """What stands behind the ``_`` of AppendedData."""
+    """The bytes after the ``_`` of AppendedData."""
     appended_base64: bool
 
     @property
@@ -184,7 +184,7 @@ def _values(file: _File, element: Any, count: int) -> NDArray[Any]:
 
 
 def _decode(file: _File, text: bytes, as_base64: bool, needed: int) -> bytes:
-    """The ``needed`` plain bytes of one payload that starts ``text``; what states another length is not unpacked."""
+    """The ``needed`` plain bytes of the payload at the start of ``text``; one that states another length is refused."""
     word = file.header_type.itemsize
     require_room(needed, file.path)
 

@@ -92,7 +92,7 @@ class DeviceVolume:
 
 
 def _stored_units(low: float, high: float) -> tuple[float, float]:
-    """(base, unit) so that (f - base) / unit is at most 1 and loses as little in float32 as can be."""
+    """(base, unit) so that (f - base) / unit is at most 1 and loses as little as possible in float32."""
     # Data whose range is smaller than their distance from 0 would lose their differences in float32, so they count from
     # the least value.
     is_far = low * high > 0 and min(abs(low), abs(high)) > high - low

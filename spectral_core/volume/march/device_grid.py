@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A step grid on the device, and rays through it: what an iteration of the march reads to know how far it may go."""
+"""A step grid on the device, and rays through it: each iteration of the march reads its skip and step from them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEYOND = 1e-3  # voxels by which a lookup is ahead of the ray, so that it never 
 
 
 class DeviceGrid:
-    """A step grid; ``low`` and ``high`` bound in index space what it shows."""
+    """A step grid; ``low`` and ``high`` bound its visible part in index space."""
 
     def __init__(self, types: Any, grid: StepGrid, shape: tuple[int, int, int]) -> None:
         self.types, self.grid = types, grid

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class RangeTables:
-    """What a transfer function does between two data values: arrays (bins, bins) read at [lowest, highest].
+    """Bounds of a transfer function between two data values: arrays (bins, bins) read at [lowest, highest].
 
     ``slope`` is the steepest rise of opacity-saturated source per data unit,
     ``kink`` the greatest change of that rise. Saturated (1 - exp(-σ·voxel)): more extinction than fills a voxel

@@ -181,7 +181,7 @@ def _with_merged_empties(table: TransferTable) -> TransferTable:
             end += 1
         low, high = float(bounds[i]), float(bounds[end])
         near, far = np.isfinite(low), np.isfinite(high)
-        if near or not far:  # what shows is below, or nowhere at all: then the distance to it is without end
+        if near or not far:  # visible values are below, or there are none: then the distance to them is infinite
             rows, anchors, starts = [*rows, i], [*anchors, low], [*starts, low]
         if far:
             # Halves are added, not the sum halved, which might overflow. Below the middle the lower end is the nearer
@@ -191,7 +191,7 @@ def _with_merged_empties(table: TransferTable) -> TransferTable:
         i = end
     kept = np.array(rows)
     knots = np.array(starts[1:])
-    # One knot at least, for the guide; where it stands in a table of one segment is without effect.
+    # The guide needs at least one knot; in a table of one segment its position has no effect.
     if not len(knots):
         kept, anchors, knots = np.repeat(kept, 2), anchors * 2, table.knots[:1]
     return replace(

@@ -39,7 +39,7 @@ def variant_types() -> Any:
 class SceneFields:
     """All fields of one integrator, ready to march for one sensor at a time.
 
-    What pilot rays chose is kept per sensor: only the first frame of each pays for it, and a sensor that moves,
+    The choice of the pilot rays is kept per sensor: only the first frame of each pays for it, and a sensor that moves,
     zooms or changes its size is another one. ``plans`` are those of the sensor that was prepared last.
     """
 
@@ -85,7 +85,7 @@ class SceneFields:
         return Placed(data, (rows[0], rows[1], rows[2]), opaque_vector(self.types, matrix[:3, 3]))
 
     def _plan(self, number: int, view: View | None) -> Plan | None:
-        """What pilot rays choose; None where the settings fix the steps."""
+        """The choice of the pilot rays; None if the settings fix the steps."""
         import mitsuba as mi
 
         wanted, item = self.settings, self.items[number]

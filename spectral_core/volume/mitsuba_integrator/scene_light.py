@@ -21,7 +21,7 @@ def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
 class Lit:
     """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
 
-    Where the gradient vanishes there is no side, and light goes on alike in all directions. One emitter is sampled
+    Where the gradient vanishes there is no surface, and light scatters evenly in all directions. One emitter is sampled
     per step; ``shadows`` asks whether surfaces or fields stand between. ``colors`` and ``lit`` are per material.
     """
 
@@ -32,7 +32,7 @@ class Lit:
     settings: VolumeSettings
 
     def shade(self, line: WorldRay, ray: Any) -> Shade:
-        """What the march calls per step; ``ray`` is Mitsuba's, for its time and wavelengths."""
+        """The function that the march calls in each step; ``ray`` is Mitsuba's, for its time and wavelengths."""
         import drjit as dr
         import mitsuba as mi
 
@@ -77,7 +77,7 @@ def facing_light(volume: Placed, point: Any, towards: Any) -> Any:
     normal = volume.world_covector(gradient)
     length = dr.sqrt(dr.dot(normal, normal))
     along = dr.dot(normal, vector(towards))
-    # Differences of the size of float32's rounding are those of a level field, whatever its values.
+    # Differences as small as float32's rounding belong to a level field.
     sided = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
     return dr.select(sided, dr.abs(along) / dr.select(sided, length, 1.0) / math.pi, 0.25 / math.pi)
 

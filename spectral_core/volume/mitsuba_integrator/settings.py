@@ -88,7 +88,7 @@ def release(handle: str) -> None:
 def integrator_dict(items: list[SceneVolume], surface: dict[str, Any] | None = None, **settings: Any) -> dict[str, Any]:
     """Mitsuba dictionary of an `adaptive_volume` that shows ``items``; settings as in ``VolumeSettings``.
 
-    ``surface`` is the dictionary of the integrator for what is no volume; without it surfaces only hide. The fields
+    ``surface`` is the dictionary of the integrator for surfaces; without it they only occlude. The fields
     stay shared until ``release`` is called for each handle of its ``handles`` (separated by commas).
     """
     if not items:

@@ -88,6 +88,16 @@ def test_half_floats_are_those_that_numpy_makes() -> None:
     assert stored.max() == 1
 
 
+def test_a_picture_without_details_casts_no_ghost() -> None:
+    y, x = np.mgrid[0:60, 0:60] / 59
+    ramp = Picture("ramp", np.round(255 * np.stack([x, y, x * y], axis=-1)).astype(np.uint8))
+    noise = Picture("noise", np.random.default_rng(2).integers(0, 256, (60, 60, 3), dtype=np.uint8))
+    lights = design_lights(iterations=6).lights
+    design = design_texture([ramp, noise], lights, floor=0.05, slope=0.85)
+    assert max(loss.mean for loss in design.losses) < 0.1
+    assert max(loss.ghost for loss in design.losses) < 0.01
+
+
 @pytest.mark.parametrize("share", [0.0, 0.005, 0.3, 1.0])
 def test_statistics_are_those_of_all_texels(share: float) -> None:
     rng = np.random.default_rng(4)

@@ -117,7 +117,7 @@ class CommandNode:
             raise RenderError(f"{words[0]} cannot be started: {error}") from error
 
     def describe(self) -> list[str]:
-        """What the plan says."""
+        """Sentences for the plan of a run."""
         return [f"runs {self.words[0]} once per point, without a shell; nothing stays warm between points"]
 
 

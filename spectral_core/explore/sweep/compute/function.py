@@ -62,7 +62,7 @@ class FunctionNode:
         return {**self.__dict__, "_loaded": []}
 
     def describe(self) -> list[str]:
-        """What the plan says."""
+        """Sentences for the plan of a run."""
         return [f"calls {self.function}; each worker keeps its module loaded"]
 
 

@@ -66,5 +66,5 @@ class PaletteNode:
         return Outcome(values, {"": tiles.astype(np.float32)})
 
     def describe(self) -> list[str]:
-        """What the plan says."""
+        """Sentences for the plan of a run."""
         return ["solves the palette once per point; each worker keeps the solvers loaded"]

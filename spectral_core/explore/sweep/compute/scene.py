@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene without Blender as a compute node: a function that builds it, and paths of what is swept in it."""
+"""A scene without Blender as a compute node: a function that builds it, and the paths of its swept properties."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class SceneNode:
         return {**self.__dict__, "_kept": {}}
 
     def describe(self) -> list[str]:
-        """What the plan says."""
+        """Sentences for the plan of a run."""
         lines = ["renders in workers that stay: the scene is built once"]
         if self.relights:
             lines.append("only powers of lights are swept: a worker records them once and re-lights each point")

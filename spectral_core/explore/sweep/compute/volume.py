@@ -20,7 +20,7 @@ from spectral_core.explore.sweep.parameters import Space, Value
 SETTINGS: dict[str, Value] = {
     "rule": "error", "quadrature": "midpoint", "scale": 1.0, "azimuth": 35.0, "elevation": 25.0, "zoom": 1.0,
 }  # fmt: skip
-"""What is swept by its bare name, and its value where it is not."""
+"""Names that can be swept, and their values if they are not."""
 TRANSFER = "transfer."
 
 
@@ -153,5 +153,5 @@ class VolumeNode:
         return {**self.__dict__, "_kept": {}}
 
     def describe(self) -> list[str]:
-        """What the plan says."""
+        """Sentences for the plan of a run."""
         return ["marches in workers that keep the volume on the device; a swept number compiles nothing"]

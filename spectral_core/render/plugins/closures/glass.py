@@ -28,7 +28,7 @@ def register(mi: Any, dr: Any) -> None:
             self.reflection_color, self.transmission = inputs["reflection_color"], inputs["transmission_color"]
             self.ior, self.smooth = inputs["ior"], inputs["smooth"]
             self.disperses, self.halves = inputs["disperses"], inputs["halves"]
-            self.reflects = inputs["reflects"]
+            self.reflects, self.keeps_energy = inputs["reflects"], inputs["keeps_energy"]
             kinds = (
                 (mi.BSDFFlags.DeltaReflection, mi.BSDFFlags.DeltaTransmission)
                 if self.smooth
@@ -106,6 +106,8 @@ def register(mi: Any, dr: Any) -> None:
             masked = facets.masking(wi, mi.Vector3f(wo.x, wo.y, dr.abs(wo.z)))
 
             def kept(color: Any) -> Any:
+                if not self.keeps_energy:
+                    return mi.Float(1.0)
                 both = (self.kept_outside, self.kept_inside)
                 outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
                 return dr.select(si.wi.z > 0.0, outside, inside)

@@ -22,6 +22,9 @@ def register(mi: Any, dr: Any) -> None:
         tables of the energy that facets keep.
         """
 
+        diffuse_alone = False
+        """Whether only what is diffuse is asked for."""
+
         draw: Any
         reflect: Any
 
@@ -89,7 +92,9 @@ def register(mi: Any, dr: Any) -> None:
             active = active & keeps_side(mi, dr, si, wo)
             axes = self.lobe_axes(si, active)
             wi, wo = (self.aligned(axes, self.turned(si, direction)) for direction in (si.wi, wo))
+            self.diffuse_alone = ctx.type_mask == int(mi.BSDFFlags.Diffuse)
             value, density = self.reflect(si, wi, wo, active)
+            self.diffuse_alone = False
             return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
 
     class BlenderGlossy(BothSides):
@@ -241,7 +246,10 @@ def register(mi: Any, dr: Any) -> None:
             above = mi.Float(1.0)
             if self.below is not None:
                 above = 1.0 - self.share_below(si, active)
-            value += (1.0 - metallic) * (1.0 - dr.max(specular)) * above * diffuse
+            diffuse *= (1.0 - metallic) * (1.0 - dr.max(specular)) * above
+            if self.diffuse_alone:
+                return diffuse * below_coat, mi.Float(0.0)
+            value += diffuse
             kept = mi.Float(1.0)
             if self.keeps_energy:
                 kept = self.kept(roughness, wi.z, self.tinted(si, self.ior_fresnel.eval_1(si, active), active))

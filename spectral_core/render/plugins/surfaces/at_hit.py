@@ -101,6 +101,8 @@ class SurfaceAt:
 
     def _measured(self, leaf: Any, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
         def call(closure: Any, si: Any, rest: tuple[Any, ...], active: Any) -> tuple[Any, Any]:
+            if not closure.flags() & ctx.type_mask:  # of other lobes than those that are asked for
+                return self.mi.Spectrum(0.0), self.mi.Float(0.0)
             value, density = closure.eval_pdf(ctx, si, rest[0], active)
             return self.mi.Spectrum(value), self.mi.Float(density)
 

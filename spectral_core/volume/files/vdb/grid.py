@@ -59,7 +59,7 @@ class PlainGrid:
         return (a, b, c), (d, e, f)
 
     def fill(self, array: NDArray[Any], low: tuple[int, int, int]) -> None:
-        """Copy what lies in the box of ``array``, whose first voxel has index ``low``."""
+        """Copy the part in the box of ``array``, whose first voxel has index ``low``."""
         array[...] = self.background
         firsts = np.maximum(self.tiles.corners - np.array(low), 0)
         lasts = np.minimum(self.tiles.corners - np.array(low) + self.tiles.widths[:, None], array.shape[:3])

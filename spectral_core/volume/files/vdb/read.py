@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OpenVDB files without OpenVDB: grids of numbers, plain or zipped, for Pythons where the module is missing.
 
-Reads file versions from 222 on and trees 5-4-3, which is what programs write since 2013. Blosc, the packing that
+Reads file versions from 222 on and trees 5-4-3, which programs write since 2013. Blosc, the packing that
 OpenVDB itself prefers, is left to OpenVDB. See ``vdb_write`` for the layout.
 """
 
@@ -225,7 +225,7 @@ def transform_of(stream: BinaryIO, path: Path) -> NDArray[np.float64]:
 
 
 def read_metadata(stream: BinaryIO) -> dict[str, Any]:
-    """Texts and plain numbers by name; what else there is is passed over."""
+    """Texts and plain numbers by name; other metadata is skipped."""
     found: dict[str, Any] = {}
     for _ in itertools.repeat(None, read_word(stream)):
         key, kind = _text(stream), _text(stream)
@@ -250,7 +250,7 @@ def _text(stream: BinaryIO) -> str:
 
 
 def _exactly(stream: BinaryIO, count: int) -> bytes:
-    # asked before reading, which would make room for whatever a damaged count says
+    # checked before reading, because a damaged count would allocate any amount of memory
     left = os.fstat(stream.fileno()).st_size - stream.tell()
     if not 0 <= count <= left:
         raise struct.error(f"{left} bytes where {count} are due")

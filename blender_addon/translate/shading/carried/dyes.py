@@ -25,8 +25,8 @@ from spectral_core.scene.surface import Closure
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Spectrum
 
-from ..context import Translation
-from .surfaces import BLACK
+from ...context import Translation
+from ..surfaces import BLACK
 
 LEAST_AMOUNT = 1e-4
 """Amounts of a dye below it are left out: a design holds a little of every dye that it may use."""

@@ -27,7 +27,7 @@ from spectral_core.scene import (
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
-from .surfaces import BLACK
+from ..surfaces import BLACK
 
 
 def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:

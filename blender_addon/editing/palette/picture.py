@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the palette finds, in the picture while it is edited: re-lit where only lights change, else rendered anew.
+
+Radiance is linear in the spectrum of each light, at any number of bounces, so a recording shows new lights at once. It
+is not linear in a reflectance, whose light falls on other surfaces too: for those, Rendered viewports begin again.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from bpy.types import ID, PropertyGroup, Scene
+
+from spectral_core.errors import SpectralError
+from spectral_core.render.live.changes import equal
+from spectral_core.spectra.spectrum import Spectrum
+
+from ...properties import hooks
+from ...properties.hooks import Topic
+from ...translate.palette.apply import designed
+from ...translate.spectra.stored import stored_samples, strength_of
+from ..dial import live as dial_live
+from ..dial.members import block_of
+from .bindings import bound
+
+Shown = dict[int, tuple[Spectrum, float]]
+
+_shown: dict[int, Shown] = {}
+"""By scene, the spectra that are shown before they are applied. Not saved: a file that is opened shows what it has."""
+RELIT = "Re-lit from the recording"
+RENDERED = "Rendered anew"
+
+
+def shown_in(scene: Scene) -> Shown:
+    """Spectrum and factor on its power of each material, light and world that is not as applied, by session number."""
+    return _shown.get(scene.session_uid, {})
+
+
+def follow(scene: Scene) -> None:
+    """Show what the palette has found; ``palette.picture`` says how."""
+    palette = scene.spectral.palette
+    if not palette.in_viewport or palette.allow_negative or palette.status in ("", "inaccurate", "invisible"):
+        forget(scene)
+        return
+    before = shown_in(scene)
+    blocks, found = _found(palette)
+    now = {key: before[key] if key in before and equal(before[key], new) else new for key, new in found.items()}
+    if now.keys() == before.keys() and all(now[key] is before[key] for key in now):
+        return
+    _shown[scene.session_uid] = now
+    scene.update_tag()  # tells the viewports
+    if not now:
+        palette.picture = ""
+        return
+    why = _relight(scene, {block: now[key] for key, block in blocks.items() if key in now})
+    palette.picture = f"{RENDERED}: {why}" if why else RELIT
+
+
+def forget(scene: Scene) -> None:
+    """Show the scene as it is: after Apply, or where the palette is not to be shown."""
+    scene.spectral.palette.picture = ""
+    if _shown.pop(scene.session_uid, None):
+        scene.update_tag()
+        if dial_live.design(scene, {}) and scene.spectral.dial.scene_hash:
+            dial_live.changed(scene)
+
+
+def _found(palette: PropertyGroup) -> tuple[dict[int, ID], Shown]:
+    """What differs from what its material, light or world carries, by session number."""
+    level = 2.0**palette.applied_exposure
+    blocks: dict[int, ID] = {}
+    found: Shown = {}
+    for entry, _, block in bound(palette):
+        if block is None or entry.result.source == "NONE":
+            continue
+        spectrum, strength = designed(entry, level)
+        same = all(map(np.array_equal, stored_samples(entry.result), stored_samples(block.spectral)))
+        if not same or block.spectral.source == "NONE" or abs(strength - strength_of(block)) > 1e-5 * strength:
+            blocks[block.session_uid], found[block.session_uid] = block, (spectrum, strength)
+    return blocks, found
+
+
+def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
+    """Re-light the recording; why that cannot be, "" where it was done."""
+    why, lights = _bulbs(scene.spectral.dial, blocks)
+    if not why:
+        dial_live.design(scene, lights)
+        try:
+            dial_live.show(scene)
+        except (SpectralError, OSError) as error:
+            scene.spectral.dial.message = ""
+            why = str(error)
+    if why:
+        dial_live.design(scene, {})
+        if _is_rendered(scene):
+            dial_live.uncover(scene)  # it would hide the picture that is rendered anew
+    return why
+
+
+def _bulbs(
+    dial: PropertyGroup, blocks: dict[ID, tuple[Spectrum, float]]
+) -> tuple[str, dict[str, tuple[Spectrum, float]]]:
+    """Why a recording cannot show these spectra, and by bulb what it would shine with."""
+    if not dial.scene_hash or not len(dial.bulbs):
+        return "no light is recorded (Light Dial)", {}
+    if dial.changes:
+        return "the scene is not as it was recorded", {}
+    material = next((block for block in blocks if isinstance(block, bpy.types.Material)), None)
+    if material is not None:
+        return f"{material.name} reflects other light onto what is around it", {}
+    lights: dict[str, tuple[Spectrum, float]] = {}
+    for block, (spectrum, strength) in blocks.items():
+        bulbs = [bulb for bulb in dial.bulbs if any(block_of(member) == block for member in bulb.members)]
+        if not bulbs:
+            return f"{block.name} is not in the recording", {}
+        for bulb in bulbs:
+            if any(block_of(member) != block for member in bulb.members):
+                return f"{block.name} was recorded together with other lights ({bulb.name})", {}
+            lights[bulb.name] = spectrum, strength / max(strength_of(block), 1e-30)
+    return "", lights
+
+
+def _is_rendered(scene: Scene) -> bool:
+    """Whether a 3D view shows the scene in Rendered mode by this engine."""
+    windows = bpy.context.window_manager.windows if scene.render.engine == "SPECTRAL" else ()
+    areas = (area for window in windows if window.scene == scene for area in window.screen.areas)
+    return any(area.type == "VIEW_3D" and area.spaces.active.shading.type == "RENDERED" for area in areas)
+
+
+def _switched(palette: PropertyGroup) -> None:
+    """The option was switched: show the last solution, or the scene as it is."""
+    if palette.status and not palette.is_stale:
+        follow(palette.id_data)
+
+
+@bpy.app.handlers.persistent
+def _after_load(*_: object) -> None:
+    _shown.clear()
+
+
+def register() -> None:
+    """Follow the option, and files."""
+    hooks.listen(Topic.PALETTE_PICTURE, _switched)
+    bpy.app.handlers.load_post.append(_after_load)
+
+
+def unregister() -> None:
+    """Show nothing more."""
+    bpy.app.handlers.load_post.remove(_after_load)
+    hooks.ignore(Topic.PALETTE_PICTURE)
+    _shown.clear()

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Principled BSDF."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.scene import Computed, Principled, Surface, gray
+
+from .reader import Reader
+from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of
+from .tree import Output, linked
+
+PRINCIPLED_UNUSED = {
+    "Thin Film Thickness": "its thin film is left out",
+}
+
+
+def principled(reader: Reader, output: Output) -> Surface:
+    for name, message in PRINCIPLED_UNUSED.items():
+        place = output.input(name)
+        if place is not None and (linked(place) is not None or np.any(np.asarray(place.default) != 0)):
+            reader.note(f"{output.label!r}: {message}")
+    coat_normal = output.input("Coat Normal")
+    normal = direction_at(reader, output, "Normal")
+    scalar = lambda name, fallback: reader.scalar(output.input(name), fallback)  # noqa: E731
+    coat_weight = reader.factor(output.input("Coat Weight"), 0.0)
+    if coat_weight != 0 and (linked(coat_normal) is not None or normal is not None):
+        reader.note(f"{output.label!r}: its coat follows the normal of what lies below it")
+    anisotropic = scalar("Anisotropic", 0.0)
+    below = reader.factor(output.input("Subsurface Weight"), 0.0)
+    if below != 0:
+        note_model(reader, output, getattr(output.node, "subsurface_method", "RANDOM_WALK"))
+    strength = scalar("Emission Strength", 0.0)
+    lit = isinstance(strength, Computed) or strength != 0
+    if lit and coat_weight != 0:
+        reader.note(f"{output.label!r}: its coat does not dim what it emits")
+    index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
+    if index < 1 and transmission != 1:
+        reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
+    return Principled(
+        base_color=main_color(reader, output, 0.8, "Base Color"),
+        metallic=scalar("Metallic", 0.0),
+        roughness=scalar("Roughness", 0.5),
+        ior=index,
+        alpha=reader.factor(output.input("Alpha"), 1.0),
+        specular_level=reader.number(output.input("Specular IOR Level"), 0.5),
+        specular_tint=reader.paint(output.input("Specular Tint"), gray(1.0)),
+        anisotropic=anisotropic,
+        anisotropic_rotation=scalar("Anisotropic Rotation", 0.0),
+        tangent=lobe_tangent(reader, output, anisotropic),
+        transmission=transmission,
+        coat_weight=coat_weight,
+        coat_roughness=scalar("Coat Roughness", 0.03),
+        coat_ior=ior(reader, output.input("Coat IOR"), 1.5),
+        coat_tint=reader.paint(output.input("Coat Tint"), gray(1.0)),
+        diffuse_roughness=scalar("Diffuse Roughness", 0.0),
+        multiple_scattering=getattr(output.node, "distribution", "") == "MULTI_GGX",
+        sheen_weight=reader.factor(output.input("Sheen Weight"), 0.0),
+        sheen_roughness=scalar("Sheen Roughness", 0.5),
+        sheen_tint=reader.paint(output.input("Sheen Tint"), gray(1.0)),
+        subsurface_weight=below,
+        subsurface_radius=radius_of(reader, output, "Subsurface Radius") if below != 0 else (1.0, 0.2, 0.1),
+        subsurface_scale=scalar("Subsurface Scale", 0.05),
+        subsurface_anisotropy=reader.number(output.input("Subsurface Anisotropy"), 0.0),
+        emission_color=reader.paint(output.input("Emission Color"), gray(1.0)) if lit else gray(1.0),
+        emission_strength=strength,
+        normal=normal,
+    )

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What several shader nodes have in common: main colors, normals, tangents, indices of refraction, colors of metals,
+radii.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spectral_core.scene import IOR, Color, Computed, Paint, Scalar, gray
+
+from .. import spectra
+from .coordinate_nodes import round_tangent
+from .fields import mean_color
+from .reader import Reader
+from .tree import Input, Output, linked
+
+
+def main_color(reader: Reader, output: Output, fallback: float, name: str = "Color") -> Paint:
+    """Main color of a shader node: the spectrum it carries, else its socket."""
+    spectrum = spectra.spectrum_of(reader.translation, output.node)
+    return spectrum if spectrum is not None else reader.paint(output.input(name), gray(fallback))
+
+
+def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
+    """What is linked to a normal or tangent socket, None where nothing is."""
+    place = output.input(name)
+    if place is None or linked(place) is None:
+        return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
+    value = reader.as_value(reader.field(place))
+    return Computed(value.program(3))
+
+
+def lobe_tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed | None:
+    """Direction of an anisotropic lobe: what is linked, else around the object's Z axis, as in Cycles."""
+    if anisotropy == 0:
+        return None
+    return direction_at(reader, output, "Tangent") or Computed(round_tangent(reader).program(3))
+
+
+def note_model(reader: Reader, output: Output, model: str) -> None:
+    if model != "RANDOM_WALK":
+        reader.note(f"{output.label!r}: light below the surface goes by Random Walk instead of {model.capitalize()}")
+
+
+def radius_of(reader: Reader, output: Output, name: str) -> tuple[float, float, float]:
+    """Radii of red, green and blue, one for the whole surface."""
+    if (value := reader.read(output, name, np.array((1.0, 0.2, 0.1)))).constant is None:
+        reader.note(f"{output.label!r}: a radius that varies is shown with its mean")
+    red, green, blue = (float(part) for part in np.broadcast_to(mean_color(value), (3,)))
+    return max(red, 0.0), max(green, 0.0), max(blue, 0.0)
+
+
+def ior(reader: Reader, place: Input | None, fallback: float) -> float:
+    """Index of refraction: one number, within what a dielectric can have."""
+    value = reader.number(place, fallback)
+    return min(max(value, IOR[0]), IOR[1])
+
+
+def conductor_colors(index: np.ndarray, extinction: np.ndarray) -> tuple[Paint, Paint]:
+    """Colors facing and toward 82 degrees that stand for an index and extinction per channel."""
+
+    def reflectance(cosine: float) -> np.ndarray:
+        n2, k2, c2 = index**2, extinction**2, cosine**2
+        total = n2 + k2
+        across = (total - 2 * index * cosine + c2) / (total + 2 * index * cosine + c2)
+        along = (total * c2 - 2 * index * cosine + 1) / (total * c2 + 2 * index * cosine + 1)
+        return np.asarray((across + along) / 2)
+
+    facing, edge = reflectance(1.0), reflectance(1 / 7)
+    schlick = facing + (1 - facing) * (1 - 1 / 7) ** 5
+    return Color(facing), Color(np.clip(edge / np.maximum(schlick, 1e-6), 0, 1))

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where shares of the light go: rows of a pixel's sums, one per pass and one per light group.
+
+Functions on the integrator (``path``), which has them as its methods.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.passes import lobes
+from spectral_core.scene.passes import GROUP_PREFIX, LIGHT_PASSES, LOBES
+
+LIGHT_ROWS = {name: row for row, name in enumerate(LIGHT_PASSES)}
+"""Row of each pass among a pixel's sums; light groups follow."""
+
+
+def light_group_names(groups: tuple[str, ...]) -> dict[str, int]:
+    """Row of each light group, by the name of its pass."""
+    return {GROUP_PREFIX + group: len(LIGHT_ROWS) + number for number, group in enumerate(groups)}
+
+
+def book_into(path: Any, sums: Any, lane: Any, measured: Any) -> None:
+    """Where light goes: sums (pixels · rows · 3), each lane's pixel, and the color of radiance; or None."""
+    path.sums, path.lane, path.measured = sums, lane, measured
+
+
+def book(path: Any, row: int | Any, light: Any, active: Any) -> None:
+    """Add light to a row of the pixel."""
+    import drjit as dr
+
+    finite = dr.all(dr.isfinite(light))
+    color = path.measured(dr.select(finite, light, 0.0))
+    at = (path.lane * path.rows + row) * 3
+    for k in range(3):
+        wanted = active & (color[k] != 0.0)
+        dr.scatter_add(path.sums, color[k], at + k, wanted, dr.ReduceMode.NoConflicts)
+
+
+def book_lobes(path: Any, light: Any, order: str, parts: tuple[Any, ...], active: Any) -> None:
+    """Add light to the passes of the first surface's lobes by their parts, and the rest to that of a medium."""
+    import mitsuba as mi
+
+    rest = mi.Spectrum(1.0)
+    for lobe, part in zip(LOBES, parts, strict=True):
+        path.book(LIGHT_ROWS[f"{lobe} {order}"], light * part, active)
+        rest -= part
+    if path.tables.media is not None:
+        path.book(LIGHT_ROWS[f"Volume {order}"], light * rest, active)
+
+
+def book_group(path: Any, light: Any, number: Any, active: Any) -> None:
+    """Add light to the row of the group of a light."""
+    import drjit as dr
+    import mitsuba as mi
+
+    if not path.groups:
+        return
+    group = dr.gather(mi.UInt32, path.by_light, number, active)
+    path.book(len(LIGHT_ROWS) + dr.maximum(group, 1) - 1, light, active & (group > 0))
+
+
+def parts_of(path: Any, hit: tuple[Any, ...], wo: Any, value: Any, active: Any) -> tuple[Any, ...]:
+    """Shares of what a surface sends to ``wo`` that are diffuse, mirrored otherwise, and passed on."""
+    import drjit as dr
+    import mitsuba as mi
+
+    si, bsdf, _, (even, _) = hit
+    floats = mi.Bool(False) if path.fog is None else path.fog[0]
+    return path.complete(lobes.parts_of(mi, dr, si, bsdf, wo, value, active & ~even & ~floats), even, floats)
+
+
+def complete(path: Any, parts: tuple[Any, Any], even: Any, floats: Any) -> tuple[Any, ...]:
+    """Parts of diffuse and glossy lobes with that of transmission; evenly bright light is diffuse."""
+    import drjit as dr
+    import mitsuba as mi
+
+    diffuse, glossy = dr.select(even, mi.Spectrum(1.0), parts[0]), dr.select(even, 0.0, parts[1])
+    return tuple(dr.select(floats, 0.0, part) for part in (diffuse, glossy, 1.0 - diffuse - glossy))

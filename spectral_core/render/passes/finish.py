@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All passes of a finished render, by the names that Cycles gives them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import RenderError
+from spectral_core.render.job import RenderJob
+from spectral_core.render.passes.books import LIGHT_ROWS, light_group_names
+from spectral_core.render.passes.data import DataPasses
+from spectral_core.render.passes.subjects import Subjects
+from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.scene import Note
+from spectral_core.scene.passes import DATA_PASSES, GROUP_PREFIX, LOBES, Passes
+from spectral_core.spectra.color import RGB_FROM_XYZ
+
+Array = NDArray[np.float32]
+
+LEAST_COLOR = 1e-6
+"""Colors of a lobe below it are no lobe: light over them would be noise."""
+WITH_MEDIA = "light is not told apart where sampled volumes are in the scene; the file holds it in Combined only"
+SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps bend light, and not the pass"
+EQUAL_SAMPLES = (
+    "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up "
+    "to it but for noise"
+)
+
+
+def made_passes(
+    job: RenderJob, wanted: Passes, samples: Array, noisy: Array | None
+) -> tuple[dict[str, Array], tuple[Note, ...]]:
+    """Every pass that is wanted (height, width, channels), row 0 at the bottom, and what a user must know of them.
+
+    ``samples``: (height, width) per pixel. ``noisy``: the picture before it was denoised, None where it was not.
+    Raises RenderError where Mitsuba fails.
+    """
+    try:
+        return _made(job, wanted, samples, noisy)
+    except Exception as error:
+        raise RenderError(f"Mitsuba stopped while tracing passes: {error}") from error
+
+
+def _made(
+    job: RenderJob, wanted: Passes, samples: Array, noisy: Array | None
+) -> tuple[dict[str, Array], tuple[Note, ...]]:
+    notes: list[Note] = []
+    found: dict[str, Array] = {}
+    if wanted.data or wanted.aovs or wanted.cryptomattes:
+        view = (job.scene.camera, job.scene.film)
+        subjects = Subjects(job.mitsuba, job.scene, job.loaded.scene, wanted)
+        tracer = DataPasses(job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit)
+        found |= tracer.trace(job.loaded.first_hit)
+        if "Normal" in wanted.names and any(_bends(material.surface) for material in job.scene.materials):
+            notes.append(Note("Passes", SMOOTH_NORMALS))
+    if wanted.light or wanted.light_groups:
+        light, told = _light(job, wanted, float(samples.mean()))
+        found |= light
+        notes += told
+        for lobe in LOBES:
+            color = found.get(f"{lobe} Color")
+            for order in ("Direct", "Indirect"):
+                name = f"{lobe} {order}"
+                if name in found and color is not None:
+                    part = np.divide(found[name], color, out=np.zeros_like(color), where=color > LEAST_COLOR)
+                    found[name] = part
+    if "Debug Sample Count" in wanted.names:
+        found["Debug Sample Count"] = samples.astype(np.float32)[..., None]
+    if "Noisy Image" in wanted.names and noisy is not None:
+        found["Noisy Image"] = noisy
+    for name, kind in wanted.aovs:
+        if kind == "VALUE":
+            found[name] = found[name][..., :1]
+    kept = [name for name in found if name not in DATA_PASSES or name in wanted.names]
+    return {name: np.ascontiguousarray(found[name], np.float32) for name in kept}, tuple(notes)
+
+
+def _light(job: RenderJob, wanted: Passes, samples: float) -> tuple[dict[str, Array], list[Note]]:
+    """Shares of the light: traced with the picture, or beside it where its pixels took different numbers of samples."""
+    notes = []
+    if not job.tells_light_apart:
+        return {}, [Note("Passes", WITH_MEDIA)]
+    sums = job.light_sums
+    if sums.samples == 0:
+        job.trace(max(1, round(samples)))
+        notes.append(Note("Passes", EQUAL_SAMPLES))
+    rows: dict[str, Any] = {**LIGHT_ROWS, **light_group_names(wanted.light_groups)}
+    pictures = _pictures(sums, len(rows))
+    names = [*wanted.light, *(GROUP_PREFIX + group for group in wanted.light_groups)]
+    found = {name: pictures[..., rows[name], :] for name in names}
+    if job.scene.film.transparent and "Environment" in found:
+        found["Environment"] = np.zeros_like(found["Environment"])
+    return found, notes
+
+
+def _pictures(sums: Accumulator, rows: int) -> Array:
+    """Means so far of the shares of the light, (height, width, rows, 3) linear sRGB, row 0 at the bottom."""
+    width, height = sums.film.size
+    parts = [np.array(tile.light).reshape(tile.count, rows, 3) for tile in sums.tiles]
+    means = np.concatenate(parts).astype(np.float64) / max(1, sums.samples)
+    colors = means if sums.plan is None else means @ RGB_FROM_XYZ.T
+    return np.asarray(colors * sums.film.exposure, np.float32).reshape(height, width, rows, 3)
+
+
+def _bends(surface: Any) -> bool:
+    from spectral_core.scene import leaves
+
+    return any(getattr(leaf, "normal", None) is not None for leaf in leaves(surface))

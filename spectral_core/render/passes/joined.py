@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passes of several moments of a moving scene as those of one picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene.passes import CRYPTOMATTES, LOBES
+
+Pixels = NDArray[np.float32]
+
+OF_FIRST_SAMPLE = ("Depth", "Position", "Object Index", "Material Index")
+"""Passes that hold what one camera ray of each pixel has seen."""
+FIRST_MOMENT = "depth, position, indices and cryptomattes of a moving scene are those of one moment"
+
+
+def joined_passes(before: dict[str, Pixels], samples: int, more: dict[str, Pixels], others: int) -> dict[str, Pixels]:
+    """Means by samples; of what has no mean, that of the moment that came first."""
+    total = max(samples + others, 1)
+    first, second = samples / total, others / total
+    found = {}
+    for name, picture in before.items():
+        lobe, _, order = name.partition(" ")
+        color = f"{lobe} Color"
+        if name in OF_FIRST_SAMPLE or name.startswith(CRYPTOMATTES):
+            found[name] = picture
+        elif name == "Debug Sample Count":
+            found[name] = picture + more[name]
+        elif lobe in LOBES and order in ("Direct", "Indirect") and color in before:
+            light = picture * before[color] * first + more[name] * more[color] * second
+            mean = before[color] * first + more[color] * second
+            found[name] = np.divide(light, mean, out=np.zeros_like(light), where=mean > 0)
+        else:
+            found[name] = picture * first + more[name] * second
+    return {name: np.asarray(picture, np.float32) for name, picture in found.items()}

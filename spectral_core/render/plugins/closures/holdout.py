@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``holdout``: a closure that shows nothing and, where the camera sees it, cuts a hole into the picture.
+
+Its share of a surface is asked for like what the surface lets through, by a hit whose mark says so.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+
+QUESTION = -1.0
+"""The mark (``ray_marks``) of a hit that asks for the hole."""
+
+
+def register(mi: Any, dr: Any) -> None:
+    """Define and register the closure for the active variant."""
+
+    class Holdout(Closure):
+        """Neither scatters nor lets through."""
+
+        def __init__(self, inputs: Any) -> None:
+            super().__init__(inputs)
+            self.m_flags = int(mi.BSDFFlags.Null | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide)
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            return dr.zeros(mi.BSDFSample3f), mi.Spectrum(0.0)
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return mi.Spectrum(dr.select(si.dn_dv.x < 0.0, mi.Float(1.0), 0.0))
+
+    register_closure(mi, "holdout", Holdout)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A wanted color that is dragged reaches the picture: a light by re-lighting, a reflectance by a new render."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from blender_addon.editing.dial import live  # noqa: E402
+from blender_addon.translate.spectra.stored import store_spectrum  # noqa: E402
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid  # noqa: E402
+
+
+@pytest.fixture
+def palette(stage):
+    """The light "Key" is designed for the color that a white paper has under it."""
+    palette = stage.spectral.palette
+    bpy.ops.spectral.palette_add(side="LIGHT")
+    bpy.ops.spectral.palette_add(side="MATERIAL")
+    light, paper = palette.lights[0], palette.materials[0]
+    light.design, light.light = "DESIGNED", bpy.data.lights["Key"]
+    paper.material, paper.design = None, "MEASURED"
+    store_spectrum(paper.spectral, Reflectance("paper", SpectralGrid(np.linspace(400, 700, 31)), np.full(31, 0.8)))
+    paper.cells[0].mode = "FIXED"
+    return palette
+
+
+def middle(dial):
+    """Every light as it was recorded."""
+    for bulb in dial.bulbs:
+        bulb.is_on = True
+    dial.selector, dial.intensity = (0.0, 0.0), len(dial.bulbs)
+
+
+def test_a_designed_light_is_relit_as_it_renders_once_it_is_applied(stage, palette, picture):
+    stage.spectral.dial.storage = "EXACT"
+    bpy.ops.spectral.dial_record()
+    middle(stage.spectral.dial)
+    before = picture().copy()
+    palette.materials[0].cells[0].target = (0.3, 0.7, 0.2)
+    assert palette.picture == "Re-lit from the recording", palette.message
+    shown = picture().copy()
+    assert np.abs(shown - before).mean() > 0.01
+    bpy.ops.spectral.palette_apply()
+    assert palette.picture == ""
+    stage.view_settings.exposure = 0.0
+    bpy.ops.spectral.dial_record()
+    middle(stage.spectral.dial)
+    level = 2.0**palette.applied_exposure
+    key = list(stage.spectral.dial.bulbs.keys()).index("Key")
+    weights = live.weights_of(stage.spectral.dial)
+    weights[key] *= level  # Apply leaves it to the exposure of the view, which brightens all
+    assert np.abs(live.live_mix(stage).picture(weights) - shown).mean() < 0.02 * shown.mean()
+
+
+def test_a_reflectance_is_not_relit_and_the_panel_says_why(dial, palette):
+    paint = bpy.data.materials["Floor"]
+    material = palette.materials[0]
+    material.material, material.design = paint, "DESIGNED"
+    material.cells[0].target = (0.6, 0.2, 0.2)
+    assert palette.picture.startswith("Rendered anew: Floor")
+
+
+def test_what_was_relit_goes_back_when_it_is_not_to_be_shown(stage, palette, picture):
+    stage.spectral.dial.storage = "BANDS31"
+    bpy.ops.spectral.dial_record()
+    middle(stage.spectral.dial)
+    before = picture().copy()
+    palette.materials[0].cells[0].target = (0.3, 0.7, 0.2)
+    assert np.abs(picture() - before).mean() > 0.01
+    palette.in_viewport = False
+    np.testing.assert_allclose(picture(), before, atol=1e-5)
+    assert palette.picture == ""
+
+
+def test_mixtures_storage_says_why_it_cannot(dial, palette):
+    palette.materials[0].cells[0].target = (0.3, 0.7, 0.2)
+    assert palette.picture.startswith("Rendered anew: ")
+    assert dial.message == ""

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Holdouts: holes in films of either kind, whole and in part, and nothing but black for all other rays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.render import render_scene
+from spectral_core.scene import (
+    Diffuse,
+    Film,
+    Glossy,
+    Holdout,
+    Material,
+    MixSurface,
+    Principled,
+    Sheen,
+    World,
+    gray,
+    has_holes,
+)
+from tests.render.scenes import lit_plane, looking_down, matrix, plane
+
+pytest.importorskip("mitsuba")
+FILM = Film(8, 8, samples=64)
+
+
+def shown(surface, *, transparent=False, is_holdout=False):
+    scene = lit_plane(surface=surface, film=replace(FILM, transparent=transparent), world=World(gray(1.0)))
+    if is_holdout:
+        scene = replace(scene, instances=(replace(scene.instances[0], is_holdout=True),))
+    assert has_holes(scene) == (transparent or is_holdout or not isinstance(surface, Diffuse))
+    return render_scene(scene).pixels.mean(axis=(0, 1))
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+def test_a_holdout_is_a_hole(transparent):
+    assert not shown(Holdout(), transparent=transparent).any()
+    assert not shown(Diffuse(gray(0.5)), transparent=transparent, is_holdout=True).any()
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+def test_a_mix_with_a_holdout_is_a_hole_in_part(transparent):
+    mixed = MixSurface(0.25, Diffuse(gray(0.8)), Holdout())
+    assert shown(mixed, transparent=transparent) == pytest.approx([0.6, 0.6, 0.6, 0.75], rel=0.02)
+
+
+def test_what_mirrors_a_holdout_shows_black():
+    """A mirror that sees a holdout above itself is black there, and no hole."""
+    scene = lit_plane(surface=Glossy(gray(1.0), 0.0), camera=looking_down(1.0), film=FILM, world=World(gray(1.0)))
+    above = replace(
+        scene.instances[0], name="above", mesh="above", materials=("hole",), world_from_object=matrix((0, 0, 3))
+    )
+    scene = replace(
+        scene, meshes=(*scene.meshes, plane(9.0, "above")), materials=(*scene.materials, Material("hole", Holdout())),
+        instances=(*scene.instances, above),
+    )  # fmt: skip
+    assert render_scene(scene).pixels.mean(axis=(0, 1)) == pytest.approx([0, 0, 0, 1], abs=1e-3)
+
+
+def test_a_plain_scene_has_no_holes():
+    assert shown(Diffuse(gray(0.5)))[3] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("microfiber", [True, False])
+def test_sheen_shines_toward_grazing_angles_and_gains_nothing(microfiber):
+    values = []
+    for tilt in (0.05, 1.4):
+        turn = np.eye(4)
+        turn[1:3, 1:3] = [[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]]
+        scene = lit_plane(surface=Sheen(gray(1.0), 0.5, microfiber), film=FILM, world=World(gray(1.0)))
+        tilted = replace(scene.instances[0], world_from_object=turn)
+        values.append(render_scene(replace(scene, instances=(tilted,))).pixels[..., :3].mean())
+    assert 0 < values[0] < values[1] <= 1.0
+
+
+def test_glow_under_sheen_is_dimmed_by_it():
+    bare = Principled(gray(0.0), emission_strength=1.0, specular_level=0.0)
+    dark = World(gray(0.0))
+    plain = render_scene(lit_plane(surface=bare, film=FILM, world=dark)).pixels[..., 0].mean()
+    dusty = replace(bare, sheen_weight=1.0, sheen_roughness=1.0)
+    under = render_scene(lit_plane(surface=dusty, film=FILM, world=dark)).pixels[..., 0].mean()
+    assert plain == pytest.approx(1.0, abs=0.01) and 0.6 < under < 0.7
