@@ -22,19 +22,23 @@ class Input:
         return self.socket.node
 
     def source(self) -> Output | Input:
-        """Its source: the output of a working node, or the input whose own value is used."""
+        """Its source: the output of a working node, or the input whose own value is used.
+
+        What reroutes and muted nodes hold themselves is not used: an input behind them keeps its own value.
+        """
         place: Input = self
+        last_own = place
         for _ in range(MOST_HOPS):
             link = _link(place.socket)
-            if link is None:
-                return place
-            step = _through(link.from_socket, place.groups)
+            step = None if link is None else _through(link.from_socket, place.groups)
             if isinstance(step, Output):
                 return step
             if step is None:
-                return place
+                break
             place = step
-        return place
+            if not (place.node.mute or place.node.type == "REROUTE"):
+                last_own = place
+        return last_own
 
     @property
     def default(self) -> Any:

@@ -91,6 +91,13 @@ class SceneLights:
         if any(glow.source is not None and emitters[glow.source] is not None for glow in lights.glows):
             varied = [None if index == (lights.world or (-1,))[0] else e for index, e in enumerate(emitters)]
             self._varied = mi.EmitterPtr(varied)
+            # what a varying glow asks of the surface itself: the shape of each source and its first triangle
+            shapes: list[Any] = [None] * len(emitters)
+            firsts, first = np.zeros(len(emitters), np.uint32), 0
+            for glow in lights.glows:
+                shapes[glow.source], firsts[glow.source] = glow.shape, first
+                first += len(glow.corners)
+            self._shapes, self._first_triangles = mi.ShapePtr(shapes), table(mi.UInt32, firsts)
         self.choice = Choice(mi, build(near_rows(lights), far_rows(lights)))
 
     def kinds_by_number(self) -> NDArray[np.uint32]:
@@ -132,26 +139,31 @@ class SceneLights:
             else:
                 draws = {BALL: self.balls, PANEL: self.panels, TRIANGLE: self.glows, SUN: self.suns}[kind]
                 drawn = draws.draw(slot, si.p, uv, of_kind)
-                light = self._emitted(si, drawn, source, of_kind, kind) * drawn.factor
+                light = self._emitted(si, drawn, (source, slot), of_kind, kind) * drawn.factor
             if alone:
                 return drawn, light
             value = dr.select(of_kind, light, value)
             result = drawn if result is None else _either(of_kind, drawn, result)
         return result, value
 
-    def _emitted(self, si: Any, drawn: Drawn, source: Any, active: Any, kind: int) -> Any:
+    def _emitted(self, si: Any, drawn: Drawn, which: tuple[Any, Any], active: Any, kind: int) -> Any:
+        """What comes from a drawn place; ``which``: the source, and the number of its item of this kind."""
         import drjit as dr
 
         mi = self._mi
+        source, slot = which
         light = self.emission.of(source, si.wavelengths, active)
         if kind != TRIANGLE or self._varied is None:
             return light
         emitter = dr.gather(mi.EmitterPtr, self._varied, source, active)
         varied = active & (emitter != None)  # noqa: E711 (an array of pointers)
-        ds = dr.zeros(mi.DirectionSample3f)
-        ds.p, ds.d, ds.dist = si.p + drawn.direction * drawn.distance, drawn.direction, drawn.distance
-        ds.n, ds.uv, ds.emitter, ds.time = drawn.normal, drawn.uv, emitter, si.time
-        shown = emitter.eval_direction(si, ds, varied) * self.emission.gain(source, varied)
+        place = dr.zeros(mi.SurfaceInteraction3f)
+        place.p, place.n, place.uv = si.p + drawn.direction * drawn.distance, drawn.normal, drawn.uv
+        place.sh_frame, place.t, place.time = mi.Frame3f(drawn.normal), drawn.distance, si.time
+        place.wi, place.wavelengths = place.sh_frame.to_local(-drawn.direction), si.wavelengths
+        place.shape = dr.gather(mi.ShapePtr, self._shapes, source, varied)
+        place.prim_index = slot - dr.gather(mi.UInt32, self._first_triangles, source, varied)
+        shown = emitter.eval(place, varied) * self.emission.gain(source, varied)
         return dr.select(varied, shown, light)
 
     # meeting

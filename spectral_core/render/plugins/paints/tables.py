@@ -50,6 +50,7 @@ class SceneTables:
             row.resize(max(row.size, column + 3), refcheck=False)
             row[column : column + 3] = value[:3]
         self.rows[number] = row
+        self._buffer = None  # some light may have asked for it while shapes were still being placed
         self.has_instances |= is_instance  # only its number is kept: a shape that knew its own paints would never end
 
     @property
