@@ -18,6 +18,24 @@ settings.load_profile("house")
 ROOT = Path(__file__).resolve().parents[1]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--first``: one test of each file, so that a change is tried everywhere within a minute."""
+    parser.addoption("--first", action="store_true", help="run the first test of each file alone")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the first test of each file that is not deselected by its marks."""
+    if not config.getoption("--first"):
+        return
+    chosen: dict[Path, pytest.Item] = {}
+    for item in items:
+        if item.get_closest_marker("slow") is None and item.get_closest_marker("real_blender") is None:
+            chosen.setdefault(item.path, item)
+    kept = set(map(id, chosen.values()))
+    config.hook.pytest_deselected(items=[item for item in items if id(item) not in kept])
+    items[:] = list(chosen.values())
+
+
 _skipped: dict[str, list[str]] = {}
 """Reasons of what was skipped, by folder of tests; and in ``_ran`` how many tests of it ran."""
 _ran: dict[str, int] = {}

@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
 from ..editing.board.paths import number_at
-from .common import UNDOABLE, chosen_path, paths_under_pointer, reporting
+from .common import UNDOABLE, chosen_path, paths_under_pointer, reporting, with_menu_entry
 
 
 def board_in(context: Context) -> PropertyGroup:
@@ -191,16 +191,4 @@ CLASSES = (
     SPECTRAL_OT_board_start, SPECTRAL_OT_board_stop, SPECTRAL_OT_board_poll, SPECTRAL_OT_board_learn,
     SPECTRAL_OT_board_unbind, SPECTRAL_OT_board_order, SPECTRAL_OT_board_disorder, SPECTRAL_OT_board_motion,
 )  # fmt: skip
-_register, _unregister = bpy.utils.register_classes_factory(CLASSES)
-
-
-def register() -> None:
-    """Register the operators, and the entry in the menu of numbers."""
-    _register()
-    bpy.types.UI_MT_button_context_menu.append(draw_menu)
-
-
-def unregister() -> None:
-    """Take both away."""
-    bpy.types.UI_MT_button_context_menu.remove(draw_menu)
-    _unregister()
+register, unregister = with_menu_entry(CLASSES, draw_menu)

@@ -2,7 +2,7 @@
 """Functions that several operators share."""
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +51,23 @@ def paths_under_pointer(
         return  # Blender gives no path to it
     for index in range(known.array_length) if getattr(known, "is_array", False) else (-1,):
         yield "" if index < 0 else f" {index + 1}", full_path(block, holder + known.identifier, index)
+
+
+def with_menu_entry(
+    classes: Sequence[type], draw_menu: Callable[[Any, Context], None]
+) -> tuple[Callable[[], None], Callable[[], None]]:
+    """``register`` and ``unregister`` of operators with an entry in the context menu of every control."""
+    register_classes, unregister_classes = bpy.utils.register_classes_factory(classes)
+
+    def register() -> None:
+        register_classes()
+        bpy.types.UI_MT_button_context_menu.append(draw_menu)
+
+    def unregister() -> None:
+        bpy.types.UI_MT_button_context_menu.remove(draw_menu)
+        unregister_classes()
+
+    return register, unregister
 
 
 def palette_in(context: Context) -> PropertyGroup:

@@ -9,7 +9,7 @@ from bpy.types import ID, Context, PropertyGroup, bpy_prop_collection
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing.palette import live
+from ..editing.palette import live, possible
 from ..properties.palette_cell import ASKED
 from ..translate.palette import table
 from .common import UNDOABLE, palette_in, reporting, require_index
@@ -134,6 +134,7 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
             palette.active_row = require_index("material", self.row, len(palette.materials))
         if self.column >= 0:
             palette.active_column = require_index("light", self.column, len(palette.lights))
+        possible.follow(context.scene)
 
 
 class SPECTRAL_OT_palette_refer(bpy.types.Operator):

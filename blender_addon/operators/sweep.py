@@ -9,7 +9,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
 from ..editing.sweep_points import keyframe_path, set_point
-from .common import UNDOABLE, paths_under_pointer, reporting
+from .common import UNDOABLE, paths_under_pointer, reporting, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
 """Kinds of properties that a sweep varies: numbers, switches, lists."""
@@ -177,16 +177,4 @@ CLASSES = (
     SPECTRAL_OT_sweep_add, SPECTRAL_OT_sweep_remove, SPECTRAL_OT_sweep_estimate, SPECTRAL_OT_sweep_run,
     SPECTRAL_OT_sweep_cancel, SPECTRAL_OT_sweep_open, SPECTRAL_OT_sweep_apply, SPECTRAL_OT_sweep_keyframe,
 )  # fmt: skip
-_register, _unregister = bpy.utils.register_classes_factory(CLASSES)
-
-
-def register() -> None:
-    """Register the operators, and the entry in the menu of numbers."""
-    _register()
-    bpy.types.UI_MT_button_context_menu.append(draw_menu)
-
-
-def unregister() -> None:
-    """Take both away."""
-    bpy.types.UI_MT_button_context_menu.remove(draw_menu)
-    _unregister()
+register, unregister = with_menu_entry(CLASSES, draw_menu)

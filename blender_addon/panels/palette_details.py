@@ -35,6 +35,7 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
         return
     material, light = palette.materials[palette.active_row], palette.lights[palette.active_column]
     layout.label(text=f"{material.name} under {light.name}", icon="RESTRICT_COLOR_ON")
+    _draw_conflict(layout, context, palette, (material, light))
     column = _split(layout.column())
     column.prop(cell, "mode", text="Target")
     if HINTS[cell.mode]:
@@ -66,6 +67,25 @@ def draw_cell(layout: UILayout, context: Context, palette: PropertyGroup) -> Non
     row.label(text="Copy to")
     row.operator("spectral.palette_spread", text="Column").side = "LIGHT"
     row.operator("spectral.palette_spread", text="Row").side = "MATERIAL"
+
+
+def _draw_conflict(
+    layout: UILayout, context: Context, palette: PropertyGroup, entries: tuple[PropertyGroup, PropertyGroup]
+) -> None:
+    """What keeps the selected cell from its target, and the cell to relax; nothing where it has its color."""
+    uids = entries[0].uid, entries[1].uid
+    conflict = next((each for each in palette.conflicts if (each.material_uid, each.light_uid) == uids), None)
+    if conflict is None or palette.is_stale:
+        return
+    box = layout.box()
+    wrapped(box, context, conflict.text, icon="INFO", indent=60.0)
+    rows = [each.uid for each in palette.materials]
+    columns = [each.uid for each in palette.lights]
+    if conflict.relief_material_uid in rows and conflict.relief_light_uid in columns:
+        row, column = rows.index(conflict.relief_material_uid), columns.index(conflict.relief_light_uid)
+        name = f"Ignore {palette.materials[row].name}, {palette.lights[column].name}"
+        relieve = box.operator("spectral.palette_relieve", text=name)
+        relieve.row, relieve.column = row, column
 
 
 def _draw_references(layout: UILayout, palette: PropertyGroup, cell: PropertyGroup) -> None:

@@ -11,7 +11,9 @@ from .parts import wrapped
 def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
     """The button, and the answer where it is of the selected cell."""
     box = layout.box()
-    box.operator("spectral.palette_possible", icon="QUESTION")
+    row = box.row(align=True)
+    row.operator("spectral.palette_possible", icon="QUESTION")
+    row.prop(palette, "possible_follows", text="", icon="FILE_REFRESH")
     answer = palette.possible
     if not answer.words or not _is_of_selected(palette, answer):
         return

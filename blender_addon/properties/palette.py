@@ -256,6 +256,10 @@ class SpectralPalette(bpy.types.PropertyGroup):
     notes: StringProperty(description="Notes on changes that were not asked for, one per line")
     conflicts: CollectionProperty(type=SpectralPaletteConflict)
     possible: PointerProperty(type=SpectralPossible)
+    possible_follows: BoolProperty(
+        name="Keep Answering", default=True,
+        description="Answer for the selected cell whenever it or the table changes, beside other work",
+    )  # fmt: skip
     alternatives: CollectionProperty(type=SpectralAlternative)
     alternative_count: IntProperty(
         name="Answers", default=4, min=2, max=12, description="How many different answers are looked for"

@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
     from spectral_core.cli.shared.spectra import reflectance_named
-    from spectral_core.palette.paint.mixtures import paint_mixture
+    from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.catalogue import illuminant
     from spectral_core.spectra.color import display_rgb_from_linear
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     shares = np.array([parts for _, parts in named])
     shares = shares / shares.sum()
     spectra = np.stack([reflectance_named(name).at(grid.wavelengths_nm) for name, _ in named])
-    mixed = paint_mixture(shares, spectra) if arguments.law == "paint" else shares @ spectra
+    mixed = (paint_mixture if arguments.law == "paint" else additive_mixture)(shares, spectra)
     colors = {}
     for name in arguments.light or ("D65", "A"):
         rgb = stimulus_matrix([illuminant(name)], grid) @ mixed

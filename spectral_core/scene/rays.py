@@ -51,13 +51,6 @@ class LightPaths:
         for name in ("clamp_direct", "clamp_indirect"):
             require_range(name, getattr(self, name), 0.0, 1e30)
 
-    @property
-    def is_tight(self) -> bool:
-        """Whether they cut off visibly more light than Blender's own defaults do."""
-        few = self.diffuse < 4 or self.glossy < 4 or self.transmission < 12 or self.transparent < 8
-        dimmed = self.clamp_direct > 0 or 0 < self.clamp_indirect < 10
-        return few or dimmed or not (self.reflective_caustics and self.refractive_caustics)
-
 
 UNLIMITED_PATHS = LightPaths()
 """No limits beside the plan's."""

@@ -61,11 +61,6 @@ class Material:
         for key, array in checked.items():
             object.__setattr__(self, key, array)
 
-    @property
-    def is_xray(self) -> bool:
-        """Whether the material has emission and no extinction."""
-        return bool(_emission(self).any() and not self.extinction.any())
-
     def weight(self, gradient: Array) -> Array:
         """Weight at gradient magnitudes (any shape); ones where the material is one-dimensional."""
         if self.gradient_values is None or self.gradient_weights is None:

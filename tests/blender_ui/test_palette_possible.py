@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -42,3 +44,34 @@ def test_an_impossible_color_is_named_drawn_and_replaced_by_the_nearest(blender,
 def test_nothing_to_take_is_said(blender, palette) -> None:
     with pytest.raises(RuntimeError, match="nothing was asked yet"):
         blender.ops.spectral.palette_take_nearest()
+
+
+def test_an_answer_follows_on_a_thread(blender, palette, monkeypatch) -> None:
+    import time
+
+    from blender_addon.editing.palette import possible
+
+    scene = blender.context.scene
+    blender.ops.spectral.palette_possible()
+    first = palette.possible.light_uid
+    palette.active_column = 1
+    monkeypatch.setattr(possible, "bpy", SimpleNamespace(app=SimpleNamespace(background=False, timers=Timers()),
+                                                         data=blender.data))  # fmt: skip
+    monkeypatch.setattr(possible, "redraw", lambda *_: None)
+    possible.follow(scene)
+    end = time.monotonic() + 60
+    while possible._collect() is not None and time.monotonic() < end:
+        time.sleep(0.01)
+    possible.stop()
+    assert palette.possible.light_uid == palette.lights[1].uid != first
+
+
+class Timers:
+    """Blender's timers, of which none is called without a window."""
+
+    def register(self, *_: object, **__: object) -> None:
+        """Never."""
+
+    def is_registered(self, _timer: object) -> bool:
+        """Nothing is."""
+        return False

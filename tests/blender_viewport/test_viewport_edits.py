@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from tests.blender_viewport.random_edits import EDITS as RANDOM_EDITS  # noqa: E402
+from benchmarks._random_edits import EDITS as RANDOM_EDITS  # noqa: E402
 
 
 def shader(material):

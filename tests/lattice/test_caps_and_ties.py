@@ -24,7 +24,7 @@ from spectral_core.lattice.construction import build_lattice
 from spectral_core.lattice.engine import LatticeEngine
 from spectral_core.lattice.fill import enumeration
 from spectral_core.lattice.fill.anchoring import anchor
-from spectral_core.lattice.polish import polished_scales
+from tests.lattice.polish import polished_scales
 
 CAPS = [(2, 0.999), (3, 0.9999), (4, 0.999), (4, 0.5), (4, -0.5), (6, 0.99), (8, 0.9)]
 

@@ -8,6 +8,7 @@ from ...properties.hooks import Topic
 from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
 from ..deferred import Deferred, redraw
+from . import possible
 from .solve import finish_live, forget_solutions, solve_live
 
 DELAY_SECONDS = 0.02
@@ -46,6 +47,7 @@ def _follow(scene: bpy.types.Scene) -> None:
 def _finish(scene: bpy.types.Scene) -> None:
     if finish_live(scene) is not None:
         show()
+        possible.follow(scene)
 
 
 def show() -> None:
@@ -92,4 +94,5 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(*LISTENERS)
     LIVE.cancel()
+    possible.stop()
     forget_solutions()

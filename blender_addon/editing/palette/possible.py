@@ -3,11 +3,16 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
+import bpy
 import numpy as np
 from bpy.types import PropertyGroup, Scene
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.palette import PaletteProblem
 from spectral_core.palette.possible import SECTION_LIMIT, PossibleColors, possible_colors, section_linear_rgb
 from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
@@ -15,33 +20,131 @@ from spectral_core.spectra.spectrum import Illuminant
 
 from ...translate.palette.problem import palette_problem
 from ...translate.spectra.stored import spectrum_of
+from ..deferred import redraw
 
 SIZE = 96
+POLL_SECONDS = 0.05
 VISIBLE = 1.0
 """ΔE2000 from which an eye sees a difference."""
 _pictures: dict[int, NDArray[np.float32]] = {}
 """Picture of the last answer by scene. Not saved: a file that is opened asks anew."""
 
 
+@dataclass(frozen=True)
+class Question:
+    """What is asked, read from the properties, so that a thread can answer. ``lights``: names of the columns."""
+
+    problem: PaletteProblem
+    place: tuple[int, int]
+    state: tuple[list[Illuminant] | None, NDArray[np.float64] | None]
+    wanted: NDArray[np.float64]
+    uids: tuple[int, int]
+    lights: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the core says to a question."""
+
+    question: Question
+    found: NearestColor
+    words: str
+    picture: NDArray[np.float32]
+
+
 def ask(scene: Scene) -> PropertyGroup:
     """Answer for the selected cell, and keep the answer. Raises InvalidInputError where nothing can be said."""
-    palette = scene.spectral.palette
+    return _keep(scene, answered(question_of(scene.spectral.palette)))
+
+
+def question_of(palette: PropertyGroup) -> Question:
+    """Ask about the selected cell. Raises InvalidInputError for a table that cannot be solved."""
     row, column = palette.active_row, palette.active_column
-    problem = palette_problem(palette)
-    lights, actual = solved_state(palette)
-    colors = possible_colors(problem, (row, column), lights=lights, actual=actual)
     cell = palette.materials[row].cells[column]
     wanted = linear_from_display_rgb(cell.target if cell.mode == "FIXED" or not cell.has_result else cell.actual)
-    found = colors.nearest(wanted)
-    answer = palette.possible
-    answer.material_uid, answer.light_uid = palette.materials[row].uid, palette.lights[column].uid
-    answer.asked = np.clip(display_rgb_from_linear(wanted), 0, 1)
-    answer.nearest = np.clip(display_rgb_from_linear(found.color), 0, 1)
-    answer.nearest_linear = found.color
-    answer.reachable = found.reachable
-    answer.words = "\n".join(_words(palette, colors, found, wanted))
-    _pictures[scene.session_uid] = _picture(colors, wanted, found)
+    uids = palette.materials[row].uid, palette.lights[column].uid
+    names = tuple(light.name for light in palette.lights)
+    return Question(palette_problem(palette), (row, column), solved_state(palette), wanted, uids, names)
+
+
+def answered(question: Question) -> Answer:
+    """The answer; reads nothing of Blender. Raises InvalidInputError where nothing can be said."""
+    lights, actual = question.state
+    colors = possible_colors(question.problem, question.place, lights=lights, actual=actual)
+    found = colors.nearest(question.wanted)
+    words = "\n".join(_words(question.lights, colors, found, question.wanted))
+    return Answer(question, found, words, _picture(colors, question.wanted, found))
+
+
+def _keep(scene: Scene, known: Answer) -> PropertyGroup:
+    """Put an answer where the panel finds it."""
+    answer = scene.spectral.palette.possible
+    answer.material_uid, answer.light_uid = known.question.uids
+    answer.asked = np.clip(display_rgb_from_linear(known.question.wanted), 0, 1)
+    answer.nearest = np.clip(display_rgb_from_linear(known.found.color), 0, 1)
+    answer.nearest_linear = known.found.color
+    answer.reachable = known.found.reachable
+    answer.words = known.words
+    _pictures[scene.session_uid] = known.picture
     return answer
+
+
+@dataclass
+class _Asking:
+    """The question that a thread answers; ``again``: another cell or color is asked for meanwhile."""
+
+    scene: int
+    answer: Future[Answer]
+    again: bool = False
+
+
+_thread: list[ThreadPoolExecutor] = []
+_asking: list[_Asking] = []
+
+
+def follow(scene: Scene) -> None:
+    """Answer for the selected cell on a thread, where the artist wants that; the panel shows it when it is there."""
+    palette = scene.spectral.palette
+    if bpy.app.background or not palette.possible_follows or not (len(palette.materials) and len(palette.lights)):
+        return
+    if _asking:
+        _asking[0].again = True
+        return
+    try:
+        question = question_of(palette)
+    except SpectralError:  # the palette's own message says it
+        return
+    if not _thread:
+        _thread.append(ThreadPoolExecutor(1, thread_name_prefix="possible"))
+    _asking.append(_Asking(scene.session_uid, _thread[0].submit(answered, question)))
+    bpy.app.timers.register(_collect, first_interval=POLL_SECONDS)
+
+
+def _collect() -> float | None:
+    """Take the answer of the thread, and ask again where something has changed meanwhile."""
+    if not _asking or not _asking[0].answer.done():
+        return POLL_SECONDS if _asking else None
+    asked = _asking.pop()
+    scene = next((each for each in bpy.data.scenes if each.session_uid == asked.scene), None)
+    if scene is None:
+        return None
+    if asked.answer.exception() is None:
+        _keep(scene, asked.answer.result())
+        redraw("VIEW_3D", "PROPERTIES")
+    else:
+        scene.spectral.palette.possible.words = ""
+    if asked.again:
+        follow(scene)
+    return None
+
+
+def stop() -> None:
+    """Wait for no answer any more."""
+    _asking.clear()
+    if bpy.app.timers.is_registered(_collect):
+        bpy.app.timers.unregister(_collect)
+    while _thread:
+        _thread.pop().shutdown(wait=False, cancel_futures=True)
 
 
 def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
@@ -59,7 +162,7 @@ def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArr
 
 
 def _words(
-    palette: PropertyGroup, colors: PossibleColors, found: NearestColor, wanted: NDArray[np.float64]
+    lights: tuple[str, ...], colors: PossibleColors, found: NearestColor, wanted: NDArray[np.float64]
 ) -> list[str]:
     """The answer for an artist."""
     if found.reachable:
@@ -68,12 +171,12 @@ def _words(
         lines = [f"Not possible; the nearest color is ΔE {found.delta_e_2000:.1f} away."]
         for cell, _ in colors.in_the_way(found)[:2]:
             left = colors.without(cell, wanted)
-            name = palette.lights[cell[1]].name
+            name = lights[cell[1]]
             lines.append(f"In the way: the exact color under {name}. Without it ΔE {left:.1f} would be left.")
         if CellReach(colors.light, colors.reach.grid, scale=None).nearest(wanted).delta_e_2000 > VISIBLE:
             lines.append("No reflectance has it, whatever the other cells ask. More light or another lamp helps.")
     if colors.open:
-        names = ", ".join(palette.lights[column].name for _, column in colors.open)
+        names = ", ".join(lights[column] for _, column in colors.open)
         lines.append(f"Targets under {names} are not exact, so they may give way.")
     return lines
 

@@ -26,7 +26,7 @@ MAX_VERTEX_DIMENSIONS = 6
 """Vertices and faces are found up to here: at most 5040 vertices; in 7 dimensions there may be 40320."""
 TOLERANCE = 1e-8
 """The one relative tolerance on lengths: vectors that differ by less are equally long, corners that are nearer are one,
-and a corner that is nearer to a facet lies on it. Frozen scales are polished far below it (see ``polish``)."""
+and a corner that is nearer to a facet lies on it. Frozen scales are exact far below it."""
 
 
 def checked_basis(basis: ArrayLike) -> Matrix:

@@ -65,12 +65,6 @@ class RayRules:
                 if value:
                     table.append((shape, value))
 
-    @property
-    def need_paths(self) -> bool:
-        """Whether anything but a lamp's body is hidden from anything."""
-        seen = any(bits & ~int(Rays.CAMERA) for _, bits in self.shapes)
-        return seen or any((self.lights, self.light_bounces, self.shadowless, self.links, self.camera_world))
-
 
 class Tables:
     """The rules as arrays of the active variant; ``None`` where there is no such rule."""

@@ -54,7 +54,6 @@ class Inventory:
     glossy: tuple[str, ...]
     images: tuple[str, ...]
     light_bodies: tuple[str, ...]
-    visible_lights: tuple[str, ...]
     source_count: int
     surfaces: int
     largest_reflectance: float
@@ -95,7 +94,6 @@ def take_inventory(scene: Scene) -> Inventory:
         glossy=which(lambda m: any(isinstance(c, (Glossy, Metal, Principled)) for c in leaves(m.surface))),
         images=which(lambda m: any(isinstance(p, _IMAGES) for v in _values(m) for p in paint_parts(v))),
         light_bodies=bodies,
-        visible_lights=tuple(light.name for light in scene.lights if light.camera_visible and light.name in bodies),
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
         surfaces=len(scene.instances),
         largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from tests.blender_viewport.random_shading import (
+from benchmarks._random_shading import (
     group_edit,
     group_node,
     lamp,
