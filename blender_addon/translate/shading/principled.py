@@ -42,7 +42,7 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
     tint = reader.read(output, "Coat Tint", np.ones(3))
     passed = reader.emit("vector_math", tint, way, 0.0, 0.0, settings=("POWER",))
     dimmed = reader.emit("vector_math", passed, clear, 0.0, 0.0, settings=("MULTIPLY",))
-    color = reader.as_value(reader.field(output.input("Emission Color")))
+    color = reader.read(output, "Emission Color", np.ones(3))
     return paint_of(reader.emit("vector_math", color, dimmed, 0.0, 0.0, settings=("MULTIPLY",)))
 
 
