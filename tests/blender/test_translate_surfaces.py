@@ -9,7 +9,6 @@ import pytest
 from spectral_core.scene import (
     AddSurface,
     Color,
-    Computed,
     Diffuse,
     Emission,
     Glass,
@@ -68,19 +67,6 @@ def test_plain_closures(build, surface):
     found, _ = surface(build.material(shader="ShaderNodeEmission", Strength=4.0))
     assert isinstance(found, Emission) and found.strength == 4
     assert notes == set()
-
-
-def test_a_coat_dims_and_tints_what_is_emitted_below_it(build, surface):
-    """Straight on a coat of index 1.5 reflects 4 %; its tint counts once, as light passes it once."""
-    sockets = {"Emission Strength": 1.0, "Coat Weight": 1.0, "Coat Tint": (0.5, 1.0, 1.0, 1)}
-    material = build.material(shader="ShaderNodeBsdfPrincipled")
-    for name, value in sockets.items():
-        material.node_tree.nodes["shader"].inputs[name].default_value = value
-    found, notes = surface(material)
-    assert isinstance(found.emission_color, Computed) and not notes
-    up = tuple(np.full(1, value) for value in (0.0, 0.0, 1.0))
-    value = found.emission_color.program.evaluate(lambda name, shift: up)
-    np.testing.assert_allclose(np.ravel(value), [0.48, 0.96, 0.96], rtol=1e-3)
 
 
 def test_principled_socket_by_socket(build, surface):
