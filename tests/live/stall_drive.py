@@ -22,8 +22,7 @@ import numpy as np
 
 import blender_addon
 from blender_addon import jobs, viewport
-from blender_addon.editing import deferred
-from blender_addon.editing.palette import possible
+from blender_addon.editing.palette import live, possible
 
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
@@ -53,18 +52,8 @@ def timed(owner, name, label):
 timed(viewport.Viewport, "update", "view_update")
 timed(viewport.Viewport, "draw", "view_draw")
 timed(possible, "_collect", "possible")
-ticked = deferred.Deferred.tick
-
-
-def tick_timed(self):
-    clock, work = time.perf_counter(), time.thread_time()
-    try:
-        return ticked(self)
-    finally:
-        spent["timers"].append((1e3 * (time.perf_counter() - clock), 1e3 * (time.thread_time() - work), step[0]))
-
-
-deferred.Deferred.tick = tick_timed
+timed(live.LIVE, "_follow", "solve while dragging")
+timed(live.LIVE, "_finish", "solve at rest")
 
 
 def view():

@@ -54,17 +54,17 @@ def look():
     space.region_3d.view_perspective = "CAMERA"
     region = next(region for region in area.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.screen.screen_full_area(use_hide_panels=True)
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    space = area.spaces.active
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    space.region_3d.view_perspective = "CAMERA"
+    with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.view3d.view_center_camera()
-    space.show_region_ui = True
+    space.show_region_header = space.show_region_toolbar = space.show_region_ui = False
     space.overlay.show_overlays = False
     space.show_gizmo = False
     space.shading.type = "RENDERED"
-
-
-def open_panel():
-    """Only a sidebar that was drawn has categories to choose from."""
-    area = next(each for each in bpy.context.window_manager.windows[0].screen.areas if each.type == "VIEW_3D")
-    next(region for region in area.regions if region.type == "UI").active_panel_category = "Spectral"
 
 
 def settled():
@@ -81,8 +81,6 @@ def drive():
     yield 1.0
     look()
     start = time.monotonic()
-    yield 3.0
-    open_panel()
     while not settled() and time.monotonic() - start < PATIENCE_S:
         yield 2.0
     print("RESULT settled in", round(time.monotonic() - start), "s", flush=True)
