@@ -30,7 +30,7 @@ from spectral_core.spectra.color import delta_e_2000, display_rgb_from_linear, l
 
 OPTIONS = ("--most",)
 KINDS = (".glb", ".gltf", ".blend")
-SIZE, SAMPLES = 192, 128
+SIZE, SAMPLES = 192, 96
 WANTED = 1.5
 BLOCK = 4
 Pixels = NDArray[np.float64]
@@ -139,12 +139,12 @@ def _staged(samples: int) -> None:
         data = bpy.data.cameras.new("Camera")
         data.lens, data.clip_start, data.clip_end = 60, radius * 1e-2, radius * 100
         direction = np.array([0.6, -1.0, 0.55]) / np.linalg.norm([0.6, -1.0, 0.55])
-        scene.camera = _placed("Camera", data, center + 3.9 * radius * direction, center)
+        scene.camera = _placed("Camera", data, center + 3.2 * radius * direction, center)
         lamp = bpy.data.lights.new("Lamp", "AREA")
-        lamp.energy, lamp.size = 220.0 * radius**2, 1.5 * radius
+        lamp.energy, lamp.size = 110.0 * radius**2, 1.5 * radius
         _placed("Lamp", lamp, center + radius * np.array([-1.8, -1.6, 2.2]), center)
         sun = bpy.data.lights.new("Sun", "SUN")
-        sun.energy, sun.angle, sun.color = 3.0, 0.05, (1.0, 0.9, 0.8)
+        sun.energy, sun.angle, sun.color = 2.0, 0.05, (1.0, 0.9, 0.8)
         _placed("Sun", sun, center + radius * np.array([2.0, 0.4, 2.0]), center)
         world = bpy.data.worlds.new("World")
         scene.world = world

@@ -149,7 +149,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         def show(progress: Progress) -> None:
             self._write(progress.pixels, place)
             self.update_progress(progress.samples / progress.total)
-            self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}")
+            left = "" if progress.left_s is None else f" | {_clock(progress.left_s)} left"
+            self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}{left}")
 
         result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
         header = result.header | cryptomatte_header(scene, place.layer)

@@ -16,7 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     _blend.add_scene_arguments(parser)
     _blend.add_accuracy_arguments(parser)
-    parser.add_argument("--plot", type=Path, metavar="FILE.svg", help="also draw error over time, both logarithmic")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE.png",
+        help="also draw error over time (.png, .svg or .pdf); needs the Python package matplotlib",
+    )  # fmt: skip
     parser.add_argument(
         "--axis", default="samples", help="what the plot is of: samples, bounces, transport, volume step"
     )
@@ -24,9 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the table, then the prediction for the file's settings."""
-    from spectral_core.files.whole import write_text
     from spectral_core.render import RenderProcess
-    from spectral_core.render.cost.curve import plot_svg, table
+    from spectral_core.render.cost.curve import table
+    from spectral_core.render.cost.figure import write_figure
 
     with _blend.chatter_to_stderr():
         _blend.open_scene(arguments)
@@ -36,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(table(curve))
     print(f"measured on {curve.probe_pixels} pixels in {curve.seconds:.1f} s")
     if arguments.plot is not None:
-        write_text(arguments.plot, plot_svg(curve, arguments.axis))
+        write_figure(arguments.plot, curve, arguments.axis, arguments.scene.stem)
         print(f"{arguments.plot}: error over time")
     if arguments.json:
         report = {

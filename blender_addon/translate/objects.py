@@ -22,6 +22,7 @@ from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
 from .shading.attributes import object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
+from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
 from .visibility import Linking, hidden_from
 from .volumes import translate_volume
@@ -29,8 +30,6 @@ from .volumes import translate_volume
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces, where they have any, Blender lists as a mesh instance of its own."""
 LEFT_OUT = {
-    "CURVES": "hair curves are not rendered; convert them to a mesh to see them",
-    "POINTCLOUD": "point clouds are not rendered; instance a mesh on the points to see them",
     "GPENCIL": "grease pencil is not rendered",
     "GREASEPENCIL": "grease pencil is not rendered",
 }
@@ -84,7 +83,8 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
         except InvalidInputError as error:
             translation.note(obj.name, f"{error}; the object was left out")
     found.instances = [_linked(found, item, obj) for item, obj in zip(found.instances, found.originals, strict=True)]
-    _note_hair(found)
+    for obj in translation.depsgraph.objects:
+        place_hair(found, obj, lambda item: [_translated(found, m) for m in _materials(item)], shows is everything)
     return found
 
 
@@ -111,9 +111,14 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
     elif obj.type == "MESH":
         if translation.depsgraph.view_layer_eval.use_solid:
             _collect_mesh(found, obj, instance)
+    elif obj.type in ("CURVES", "POINTCLOUD"):
+        if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
+            worn = [_translated(found, material) for material in _materials(obj)]
+            place_strands(found, obj, instance, worn, _random(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
-            translate_volume(found, obj, instance)
+            volume = translate_volume(translation, found.unique("volume", obj.name_full), obj, instance)
+            found.volumes += [] if volume is None else [volume]
     elif obj.type not in AS_MESH + UNSEEN:
         translation.note(obj.name, LEFT_OUT.get(obj.type, f"objects of type {obj.type.lower()} are not rendered"))
 
@@ -281,11 +286,3 @@ def _makers(obj: Any, instance: Any) -> frozenset[int]:
     data = getattr(source, "data", None)
     blocks = [source, data, instance.parent.original if instance.parent else None]
     return frozenset(block.session_uid for block in blocks if block is not None)
-
-
-def _note_hair(found: Collected) -> None:
-    """Particle hair is no object of its own: ask the objects that grow it."""
-    for obj in found.translation.depsgraph.objects:
-        for system in getattr(obj, "particle_systems", ()):
-            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                found.translation.note(obj.name, "particle hair is not rendered; convert it to a mesh to see it")

@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
+from spectral_core.render.cost.work import Meter
 from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name, require_denoiser
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.moving import render_moving
@@ -31,12 +32,16 @@ LONGEST_PASS_S = 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Progress:
-    """A picture on its way: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds."""
+    """A picture on its way: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds.
+
+    ``left_s``: seconds that the rest takes at the rate of the latest pass, None where that is not known.
+    """
 
     pixels: Pixels
     samples: int
     total: int
     seconds: float
+    left_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,9 +49,10 @@ class RenderResult:
     """A picture.
 
     ``pixels``: (height, width, 4) float32, linear sRGB and coverage, row 0 at the bottom, color already multiplied
-    by coverage. ``samples`` per pixel and ``seconds`` it took. ``status``: "done" or "cancelled" (then the picture
-    holds what was traced until then). ``notes``: what is rendered as something near to it. ``bands``: the spectral
-    channels that were asked for, ``band_pixels``: (height, width, n_bands) radiance per nm without exposure.
+    by coverage. ``samples`` per pixel and ``seconds`` it took; ``work``: seconds of the processor's cores together.
+    ``status``: "done" or "cancelled" (then the picture holds what was traced until then). ``notes``: what is shown as
+    something near to it. ``bands``: the spectral channels that were asked for, ``band_pixels``:
+    (height, width, n_bands) radiance per nm without exposure.
     ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
     ``prediction`` and ``outcome``: error and time as they were expected and as they came, where one was asked for.
     ``denoised``: what has denoised it, and with which guides; "" where nothing has. ``passes``: those that the scene's
@@ -71,6 +77,7 @@ class RenderResult:
     denoised: str = ""
     passes: dict[str, Pixels] = field(default_factory=dict)
     sample_counts: Pixels | None = None
+    work: float = 0.0
 
     @property
     def header(self) -> dict[str, str]:
@@ -79,6 +86,7 @@ class RenderResult:
             **self.plan.header(),
             "spectral.samples": str(self.samples),
             "spectral.seconds": f"{self.seconds:.3f}",
+            "spectral.work": f"{self.work:.3f}",
             "spectral.variant": self.variant,
         }
         if self.denoised:
@@ -127,6 +135,19 @@ def _render_instant(
     plan: EffectPlan | None = None,
 ) -> RenderResult:
     """Render a scene that stands still; ``plan``: decisions that were made before."""
+    meter = Meter()
+    made = _traced(scene, on_progress, should_stop, measure, plan)
+    return replace(made, work=meter.read().work)
+
+
+def _traced(
+    scene: Scene,
+    on_progress: Callable[[Progress], None] | None,
+    should_stop: Callable[[], bool] | None,
+    measure: Measure,
+    plan: EffectPlan | None,
+) -> RenderResult:
+    """The picture with its passes, denoised where that is asked for."""
     start = time.perf_counter()
     bands, groups, sampling_lights = measure.bands, measure.groups, measure.sampling_lights
     if scene.settings.denoise:
@@ -156,7 +177,9 @@ def _render_instant(
         now = time.perf_counter()
         affordable = max(1, int(LONGEST_PASS_S * samples / (now - pass_start)))
         if on_progress is not None:
-            on_progress(Progress(job.picture(), job.samples, scene.film.samples, now - start))
+            total = scene.film.samples
+            left_s = (now - pass_start) / samples * (total - job.samples)
+            on_progress(Progress(job.picture(), job.samples, total, now - start, left_s))
     made = RenderResult(
         pixels=job.picture(),
         plan=plan,

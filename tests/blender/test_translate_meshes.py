@@ -147,8 +147,8 @@ def test_what_has_no_faces_is_nothing_and_what_is_not_rendered_is_named(build, t
     hidden = build.plane("Hidden")
     hidden.hide_viewport = True
     scene = translate()
-    assert [instance.name for instance in scene.instances] == ["Fur"]
-    assert {note.subject for note in scene.notes} == {"Fur", "Cloud", "Locks"}
+    assert [instance.name for instance in scene.instances] == ["Fur", "Fur Hair"]
+    assert {note.subject for note in scene.notes} == {"Cloud"}
 
 
 def test_a_mesh_of_numbers_that_are_none_is_left_out_by_name(build, translate):

@@ -11,6 +11,7 @@ import pytest
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.assemble.requests import compiled_requests
+from spectral_core.palette.cell import CellMode
 from spectral_core.palette.presets import PRESETS, design_grid, split_light
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
@@ -93,3 +94,16 @@ def test_presets_build_and_stay_editable(name):
     assert replace(preset, smoothness=0.5).smoothness == 0.5
     assert preset.grid.wavelengths_nm[0] == 380.0
     assert preset.grid.interpolation == "linear"
+
+
+@pytest.mark.parametrize("mode", list(CellMode))
+def test_only_cells_that_refer_to_others_have_others(mode):
+    target = np.array(GREY) if mode is CellMode.FIXED else None
+    box = (np.zeros(3), np.ones(3)) if mode is CellMode.FREE else None
+    refers = mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)
+    wrong = ((),) if refers else (((0, 0),), ((0, 0), (1, 1)))
+    wrong += (((0, 0), (1, 0)),) if mode is CellMode.SAME else ()
+    for others in wrong:
+        with pytest.raises(InvalidInputError, match=f"refers to {len(others)} other cells"):
+            Cell(mode, target=target, others=others, box=box)
+    Cell(mode, target=target, others=((0, 0),) if refers else (), box=box)

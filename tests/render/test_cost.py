@@ -13,8 +13,9 @@ pytest.importorskip("mitsuba")
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import Bands, cost_curve, render_scene
 from spectral_core.render.cost.allocate import for_error, for_samples
-from spectral_core.render.cost.curve import plot_svg, table
+from spectral_core.render.cost.curve import table
 from spectral_core.render.cost.errors import estimate, rarity
+from spectral_core.render.cost.figure import write_figure
 from spectral_core.render.cost.model import CostModel
 from spectral_core.render.cost.probe import probe_pixels
 from spectral_core.scene import AreaLight, Color, Diffuse, Film, RenderSettings, World, gray
@@ -66,7 +67,7 @@ def test_what_cannot_be_asked_for_is_refused():
         render_scene(noisy(target_error=1.0), groups=True)
 
 
-def test_the_curve_predicts_the_error_of_a_plain_render():
+def test_the_curve_predicts_the_error_of_a_plain_render(tmp_path):
     scene = noisy()
     curve = cost_curve(scene)
     assert curve.now.samples == 16
@@ -74,9 +75,16 @@ def test_the_curve_predicts_the_error_of_a_plain_render():
     errors = [point.delta_e for point in curve.axis("samples")]
     assert errors == sorted(errors, reverse=True)
     assert curve.axis("bounces")[0].setting == "0"
-    assert "predicted" in table(curve) and plot_svg(curve).startswith("<svg")
+    assert "predicted" in table(curve)
+    assert 0 < curve.now.work < 1e4 and curve.model.slowness > 0
+    pytest.importorskip("matplotlib")
+    for name, begins in (("cost.png", b"\x89PNG"), ("cost.svg", b"<?xml")):
+        write_figure(tmp_path / name, curve, title="room")
+        assert (tmp_path / name).read_bytes().startswith(begins)
     with pytest.raises(InvalidInputError, match="no axis 'colors'"):
-        plot_svg(curve, "colors")
+        write_figure(tmp_path / "cost.png", curve, "colors")
+    with pytest.raises(InvalidInputError, match="ends in '.txt'"):
+        write_figure(tmp_path / "cost.txt", curve)
 
 
 def test_halves_tell_the_error_of_their_mean(rng):

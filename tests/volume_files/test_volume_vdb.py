@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from io import BytesIO
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -173,3 +176,11 @@ def test_integers_beyond_double_are_refused_by_vdb(tmp_path, openvdb):
     with pytest.raises(InvalidInputError, match="no float grid of OpenVDB holds exactly"):
         write_volume(ScalarVolume("big", values), tmp_path / "a.vdb")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("tree", ["Leaf_float_5_4_3", "Tree_float_4_4_3", "Tree_string_5_4_3", "Tree_float_5_4", ""])
+def test_a_tree_of_another_kind_is_refused_by_name(tree):
+    from spectral_core.volume.files.vdb.read import GridReader
+
+    with pytest.raises(FileFormatError, match=f"is a {tree}; expected numbers in a tree 5-4-3"):
+        GridReader(BytesIO(b""), Path("strange.vdb"), tree)

@@ -47,6 +47,11 @@ def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None
     """
     spectrum, strength = designed(entry, level_of(entry.id_data.spectral.palette) if level is None else level)
     store_spectrum(target.spectral, spectrum, strength=strength)
+    target.spectral.dyes.clear()
+    for each in getattr(entry, "dyes", ()):
+        carried = target.spectral.dyes.add()
+        for name in ("excitation_nm", "emission_nm", "amount"):
+            setattr(carried, name, getattr(each, name))
 
 
 def designed(entry: PropertyGroup, level: float) -> tuple[Spectrum, float]:

@@ -87,14 +87,14 @@ def render_asked(
     settings = job.scene.settings
     wanted, budget = settings.target_error, settings.time_budget_s
     probe = Probe(job)
-    model = measured_model(
-        probe, least=4, most=64, share=0.03, fixed_s=time.perf_counter() - start, asked=wanted, budget_s=budget
-    )
+    fixed = (time.perf_counter() - start) / probe.slowness
+    model = measured_model(probe, least=4, most=64, share=0.03, fixed_s=fixed, asked=wanted, budget_s=budget)
     predict = predicted_error if wanted is not None else predicted_time
     prediction = predict(probe, model, time.perf_counter() - start, wanted if wanted is not None else budget or 0.0)
     first = max(1, round(_FIRST_SHARE * prediction.samples / 2))
     picture = AdaptivePicture(job)
-    picture.launch_s, picture.seconds_per_path = probe.launch_s, probe.seconds_per_path
+    picture.launch_s = probe.launch_s * probe.slowness
+    picture.seconds_per_path = probe.seconds_per_path * probe.slowness
     stopped = False
 
     def after_round(_: Estimate) -> bool:
@@ -133,14 +133,14 @@ def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: floa
         total = max(total, 2.0)
     else:
         reached = AIM * wanted
-    rounds = _ROUNDS * 2 * probe.launch_s
-    return Prediction(total, spent_s + rounds + model.seconds_per_sample * total, reached)
+    work = _ROUNDS * 2 * probe.launch_s + model.seconds_per_sample * total
+    return Prediction(total, spent_s + model.slowness * work, reached, spent_s / model.slowness + work)
 
 
 def predicted_time(probe: Probe, model: CostModel, spent_s: float, budget_s: float) -> Prediction:
     """The error that adaptive sampling reaches in a time."""
     errors, counts = _runs(probe)
-    left = 0.97 * budget_s - spent_s - _ROUNDS * 2 * probe.launch_s
+    left = (0.97 * budget_s - spent_s) / model.slowness - _ROUNDS * 2 * probe.launch_s
     total = max(2.0, left / max(model.seconds_per_sample, 1e-12))
     weights = np.ones(len(errors))
     if total / 2 <= float(counts.mean()):

@@ -12,18 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError
 from spectral_core.render.cost.asked import predicted_error, predicted_time
 from spectral_core.render.cost.errors import bias, relative_errors
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
 from spectral_core.render.cost.probe import Probe
+from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.decision import EffectPlan
-from spectral_core.render.plan.effects import plan_effects
+from spectral_core.render.plan.effects import pilot_pays, plan_effects
 from spectral_core.scene import Scene
 
-_PASSES = 6
-"""Launches of a render, beside its paths."""
 _BIAS_SAMPLES = 16
 """Samples of each half where a bias is measured."""
 _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
@@ -73,17 +71,23 @@ def cost_curve(scene: Scene) -> CostCurve:
 
     Raises as ``render_scene`` does.
     """
+    from spectral_core.render.still import pass_sizes
+
     start = time.perf_counter()
+    planning = Meter()
     plan = plan_effects(scene)
+    planned = planning.read().work if pilot_pays(scene) else 0.0
     probe = Probe(RenderJob(scene, plan))
     # what a render pays when kernels are known, as they are from now on: loading, a pilot, passes
-    loading = time.perf_counter()
+    loading = Meter()
     RenderJob(scene, plan)
-    fixed = time.perf_counter() - loading + _PASSES * probe.launch_s
+    fixed = planned + loading.read().work
     model = measured_model(probe, least=16, most=256, share=0.02, fixed_s=fixed, asked=0.5)
+    fixed += len(pass_sizes(scene.film.samples)) * probe.launch_s
+    model = replace(model, fixed_s=fixed)
     points = list(_noise_points(probe, model))
     points += _bias_points(scene, plan, probe, model)
-    spent = fixed
+    spent = fixed * model.slowness
     return CostCurve(
         tuple(points),
         model,
@@ -131,7 +135,7 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
         noise = model.error(count) * found.delta_e / max(model.error(_BIAS_SAMPLES), 1e-9)
         points.append(
             CostPoint(
-                axis, setting, model.fixed_s + ratio * model.seconds_per_sample * count, noise,
+                axis, setting, model.slowness * (model.fixed_s + ratio * model.seconds_per_sample * count), noise,
                 found.relative_mse * _BIAS_SAMPLES / count, bias(tried.halves(), reference.halves()),
             )
         )  # fmt: skip
@@ -176,37 +180,3 @@ def table(curve: CostCurve) -> str:
     lines.append(f"as it is set: {now.samples:.0f} samples, ΔE {now.delta_e:.2g} in {now.seconds:.1f} s")
     lines.append(f"for ΔE 1: {asked.samples:.0f} samples in the mean, {asked.seconds:.1f} s, adaptive")
     return "\n".join(lines)
-
-
-def plot_svg(curve: CostCurve, axis: str = "samples") -> str:
-    """Error (noise and bias together) over seconds, both logarithmic, as an SVG picture; raises for an empty axis."""
-    points = [point for point in curve.axis(axis) if point.seconds > 0]
-    if not points:
-        known = ", ".join(dict.fromkeys(point.axis for point in curve.points))
-        raise InvalidInputError(f"the cost curve has no axis {axis!r}; it has {known}")
-    x = np.log10([point.seconds for point in points])
-    y = np.log10([max(float(np.hypot(point.delta_e, point.bias)), 1e-3) for point in points])
-    low, high = (np.floor([x.min(), y.min()]), np.ceil([x.max(), y.max()]))
-    high = np.maximum(high, low + 1)
-    place = lambda px, py: (  # noqa: E731
-        60 + 400 * (px - low[0]) / (high[0] - low[0]), 340 - 310 * (py - low[1]) / (high[1] - low[1]),
-    )  # fmt: skip
-    parts = ['<svg xmlns="http://www.w3.org/2000/svg" width="480" height="390" font-family="sans" font-size="11">',
-             '<rect width="480" height="390" fill="white"/>']  # fmt: skip
-    for power in range(int(low[0]), int(high[0]) + 1):
-        at = place(power, low[1])[0]
-        parts.append(f'<path d="M{at:.1f} 30V340" stroke="#ddd"/>')
-        parts.append(f'<text x="{at:.1f}" y="356" text-anchor="middle">1e{power}</text>')
-    for power in range(int(low[1]), int(high[1]) + 1):
-        at = place(low[0], power)[1]
-        parts.append(f'<path d="M60 {at:.1f}H460" stroke="#ddd"/>')
-        parts.append(f'<text x="54" y="{at + 4:.1f}" text-anchor="end">1e{power}</text>')
-    spots = [place(*spot) for spot in zip(x, y, strict=True)]
-    parts.append(f'<polyline points="{" ".join(f"{a:.1f},{b:.1f}" for a, b in spots)}" fill="none" stroke="#06c"/>')
-    for point, (a, b) in zip(points, spots, strict=True):
-        fill = "#06c" if point.measured else "white"
-        parts.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3.5" fill="{fill}" stroke="#06c"/>')
-        parts.append(f'<text x="{a + 6:.1f}" y="{b - 5:.1f}">{point.setting}</text>')
-    parts.append(f'<text x="260" y="380" text-anchor="middle">seconds for the whole picture ({axis})</text>')
-    parts.append('<text x="8" y="18">mean ΔE2000; open circles are predicted</text></svg>')
-    return "\n".join(parts)

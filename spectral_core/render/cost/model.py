@@ -12,25 +12,32 @@ MOST_SAMPLES = 1 << 17
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What a render is expected to need: ``samples`` per pixel in the mean, ``seconds``, ``delta_e`` of its noise."""
+    """What a render is expected to need: ``samples`` per pixel in the mean, ``seconds``, ``delta_e`` of its noise.
+
+    ``work``: seconds of the processor; ``seconds`` are those on the wall, if other programs leave as much of it as they
+    did while this was measured.
+    """
 
     samples: float
     seconds: float
     delta_e: float
+    work: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class CostModel:
     """``counts`` and ``errors``: samples per pixel and measured ΔE2000 of noise, ascending in samples.
 
-    ``seconds_per_sample``: of the whole picture; ``fixed_s``: loading, compiling and launches. Between measured counts
-    the law is linear in logarithms, beyond the last it goes on with the last slope, held within ``SLOPES``.
+    ``seconds_per_sample``: of the whole picture; ``fixed_s``: loading and launches; both in seconds of the processor,
+    and ``slowness``: seconds on the wall per such second. Between measured counts the law is linear in logarithms,
+    beyond the last it goes on with the last slope, held within ``SLOPES``.
     """
 
     counts: tuple[int, ...]
     errors: tuple[float, ...]
     seconds_per_sample: float
     fixed_s: float
+    slowness: float = 1.0
 
     SLOPES = (-0.62, -0.42)
 
@@ -55,13 +62,17 @@ class CostModel:
         )
         return float(np.clip(measured, *self.SLOPES))
 
-    def seconds(self, samples: float) -> float:
-        """Time of a whole render with ``samples`` per pixel."""
+    def work(self, samples: float) -> float:
+        """Seconds of the processor of a whole render with ``samples`` per pixel."""
         return self.fixed_s + self.seconds_per_sample * samples
+
+    def seconds(self, samples: float) -> float:
+        """The same on the wall."""
+        return self.slowness * self.work(samples)
 
     def for_samples(self, samples: float) -> Prediction:
         """What a number of samples leads to."""
-        return Prediction(samples, self.seconds(samples), self.error(samples))
+        return Prediction(samples, self.seconds(samples), self.error(samples), self.work(samples))
 
     def for_error(self, delta_e: float) -> Prediction:
         """What an asked error takes, by equal samples everywhere."""
@@ -73,7 +84,7 @@ class CostModel:
 
     def for_time(self, seconds: float) -> Prediction:
         """What can be had in a time."""
-        samples = (seconds - self.fixed_s) / max(self.seconds_per_sample, 1e-12)
+        samples = (seconds / self.slowness - self.fixed_s) / max(self.seconds_per_sample, 1e-12)
         return self.for_samples(float(np.clip(samples, 1.0, MOST_SAMPLES)))
 
 
@@ -92,7 +103,7 @@ def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most:
     most
         Samples of each half, at most.
     fixed_s
-        Time of the render beside its paths.
+        Time of the processor that the render takes beside its paths.
     asked
         The error that is asked for.
     budget_s
@@ -111,13 +122,14 @@ def measured_model(probe: object, *, share: float = 0.05, least: int = 16, most:
         counts.append(count)
         spent += 2 * (count - before) * len(probe.pixels) * probe.seconds_per_path
         known = tuple(error * probe.rarity(each) for each, error in zip(counts, errors, strict=True))
-        model = CostModel(tuple(counts), known, probe.seconds_per_path * width * height, fixed_s)
+        rate = probe.seconds_per_path * width * height
+        model = CostModel(tuple(counts), known, rate, fixed_s, probe.slowness)
         if count >= most:
             return model
         if count >= least:
             wanted = model.for_error(asked) if asked is not None else None
             wanted = model.for_time(budget_s) if budget_s is not None else wanted
-            enough = wanted is not None and (count >= wanted.samples or spent > share * wanted.seconds)
+            enough = wanted is not None and (count >= wanted.samples or spent > share * wanted.work)
             if enough or (wanted is None and count >= 64):
                 return model
         count *= 4 if count < 16 else 2

@@ -6,13 +6,13 @@ They are pixels of the picture at its own size: their mean error is the picture'
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.cost.errors import Estimate, estimate, rarity, rarity_after
+from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.scene import Film
 
@@ -40,7 +40,11 @@ def probe_pixels(film: Film, count: int = PIXELS) -> NDArray[np.int64]:
 
 
 class Probe:
-    """Pixels of a job that are traced further and further; ``launch_s``: what a launch costs beside its paths."""
+    """Pixels of a job that are traced further and further.
+
+    ``launch_s``: what a launch costs beside its paths, ``seconds_per_path``: what a path costs, both in seconds of the
+    processor, which other programs on the machine do not change.
+    """
 
     def __init__(self, job: RenderJob, pixels: NDArray[np.int64] | None = None) -> None:
         self.film = job.scene.film
@@ -51,13 +55,22 @@ class Probe:
         """Samples of each half so far."""
         self.seconds_per_path = 0.0
         self._earlier: list[tuple[int, NDArray[np.float64]]] = []
-        start = time.perf_counter()
         self._launch(0, 1, 0)  # compiles
-        self.compile_s = time.perf_counter() - start
-        start = time.perf_counter()
-        self._launch(0, 1, 1)
-        self.launch_s = time.perf_counter() - start
+        launches = []
+        for half in (0, 1):
+            meter = Meter()
+            self._launch(0, 1, half)
+            launches.append(meter.read())
+        self._spent = min(launches, key=lambda spent: spent.work)
+        self.launch_s = self._spent.work
+        self._timed: list[tuple[int, float]] = [(1, 2 * self.launch_s)]
+        """Samples of each half in a step, and the work that it took."""
         self._sums[:] = 0.0
+
+    @property
+    def slowness(self) -> float:
+        """Seconds on the wall per second of the processor, all its cores together, while the probe was traced."""
+        return self._spent.slowness
 
     def _launch(self, done: int, more: int, half: int) -> Any:
         none = np.zeros(len(self.pixels), np.int64)
@@ -69,17 +82,26 @@ class Probe:
         """Trace both halves up to ``samples`` each; the error of a picture with as many samples."""
         more = samples - self.samples
         if more > 0:
-            start = time.perf_counter()
+            meter = Meter()
             for half in (0, 1):
                 self._launch(self.samples, more, half)
-            spent = time.perf_counter() - start
-            if more >= 4:
-                rest = max(spent - 2 * self.launch_s, 0.2 * spent)
-                self.seconds_per_path = rest / (2 * more * len(self.pixels))
+            spent = meter.read()
+            self._spent += spent
+            self._timed.append((more, spent.work))
+            self._fit()
             self.samples = samples
             self._earlier.append((samples, self.halves().copy()))
         first, second = self.halves()
         return estimate(first, second, RUN, of_half=True)
+
+    def _fit(self) -> None:
+        """Time of a path, and of a launch beside its paths: the line through the steps so far."""
+        steps, work = np.array(self._timed, dtype=np.float64).T
+        last = work[-1] / steps[-1]
+        slope = float(np.polyfit(steps, work, 1, w=1 / np.maximum(work, 1e-9))[0]) if np.ptp(steps) > 0 else last
+        slope = float(np.clip(slope, 0.2 * last, last))
+        self.seconds_per_path = slope / (2 * len(self.pixels))
+        self.launch_s = max(float(np.min(work - slope * steps)), 0.0) / 2
 
     def rarity(self, samples: float) -> float:
         """Factor on the error of a picture with ``samples`` for light on rare paths, see ``errors.rarity``."""

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hair curves and particle hair as thin tubes, point clouds as balls: meshes with smooth normals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.scene import Mesh
+from spectral_core.scene.geometry import Attribute
+
+Array = NDArray[np.float64]
+
+SIDES = 6
+"""Sides of a tube."""
+BETWEEN = 3
+"""Points between two of a strand's own, along a smooth curve through them."""
+MOST_TRIANGLES = 6_000_000
+"""Triangles of one object's hair or points; beyond it strands are straight between their points, then balls coarser."""
+DEFAULT_RADIUS = 0.01
+"""Blender's own where a point has none."""
+
+
+def curves_mesh(name: str, curves: Any) -> Mesh | None:
+    """Tubes of a ``bpy.types.Curves``, in the object's space; None where it has none."""
+    count = len(curves.points)
+    if count == 0:
+        return None
+    points = np.empty(count * 3, np.float32)
+    curves.attributes["position"].data.foreach_get("vector", points)
+    radii = np.full(count, DEFAULT_RADIUS, np.float32)
+    found = curves.attributes.get("radius")
+    if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
+        found.data.foreach_get("value", radii)
+    lengths = np.empty(len(curves.curves), np.int32)
+    curves.curves.foreach_get("points_length", lengths)
+    return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths)
+
+
+def particle_mesh(name: str, obj: Any, system: Any, *, is_render: bool) -> Mesh | None:
+    """Tubes of a hair system of an evaluated object, in world space; None where it grows none.
+
+    ``is_render``: whether it was evaluated for a render, which has steps of its own.
+    """
+    settings = system.settings
+    count = len(system.particles) + len(system.child_particles)
+    first = len(system.particles) if len(system.child_particles) and not settings.use_parent_particles else 0
+    steps = 2 ** int(settings.render_step if is_render else settings.display_step) + 1
+    strands = [_strand(system, obj, number, steps) for number in range(first, count)]
+    strands = [strand for strand in strands if len(strand) > 1]
+    if not strands:
+        return None
+    lengths = np.array([len(strand) for strand in strands])
+    along = np.concatenate([_ways(strand) for strand in strands])
+    radii = _thickness(along, settings)
+    return tubes(name, np.concatenate(strands), radii, lengths)
+
+
+def _strand(system: Any, obj: Any, number: int, steps: int) -> Array:
+    points = np.array([system.co_hair(obj, particle_no=number, step=step) for step in range(steps)], dtype=np.float64)
+    moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
+    return points[np.concatenate([[True], moved])]
+
+
+def _ways(strand: Array) -> Array:
+    """Share of a strand's length at each of its points."""
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(strand, axis=0), axis=1))])
+    return np.asarray(way / max(way[-1], 1e-30))
+
+
+def _thickness(along: Array, settings: Any) -> Array:
+    """Radius from root to tip, as the particle settings shape it."""
+    rest = 1.0 - along
+    shape = float(settings.shape)
+    if shape < 0:
+        rest = rest ** (1.0 + shape)
+    elif shape > 0:
+        rest = rest ** (1.0 / max(1.0 - shape, 1e-3))
+    root, tip = float(settings.root_radius), float(settings.tip_radius)
+    radii = 0.5 * float(settings.radius_scale) * (rest * (root - tip) + tip)
+    return np.where(along >= 1.0, 0.0, radii) if settings.use_close_tip else np.asarray(radii)
+
+
+def tubes(name: str, points: Array, radii: Array, lengths: NDArray[Any]) -> Mesh | None:
+    """Tubes around strands: points (n, 3), radii (n,), and how many points each strand has, one after another."""
+    between = BETWEEN if len(points) * (BETWEEN + 1) * SIDES * 2 <= MOST_TRIANGLES else 0
+    vertices, normals, triangles, start = [], [], [], 0
+    for strand, thickness in _by_length(points, radii, lengths):
+        if between and strand.shape[1] > 2:
+            strand, thickness = _smooth(strand, between), _smooth(thickness[..., None], between)[..., 0]
+        around = _circles(strand)
+        made = strand[:, :, None] + around * np.maximum(thickness, 0.0)[:, :, None, None]
+        count, rings = strand.shape[:2]
+        vertices.append(made.reshape(-1, 3))
+        normals.append(around.reshape(-1, 3))
+        triangles.append(_faces(count, rings) + start)
+        start += count * rings * SIDES
+    if not vertices:
+        return None
+    positions = np.concatenate(vertices)
+    keep = np.isfinite(positions).all(axis=1)
+    faces = np.concatenate(triangles)
+    faces = faces[keep[faces].all(axis=1)]
+    positions, directions = np.nan_to_num(positions), np.nan_to_num(np.concatenate(normals))
+    return Mesh(name, positions.astype(np.float32), faces.astype(np.uint32), normals=directions.astype(np.float32))
+
+
+def _by_length(points: Array, radii: Array, lengths: NDArray[Any]) -> Iterator[tuple[Array, Array]]:
+    """Strands of equal numbers of points together: (count, k, 3) and (count, k)."""
+    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(int)
+    for length in np.unique(lengths):
+        if length > 1:
+            rows = starts[lengths == length][:, None] + np.arange(length)
+            yield points[rows], radii[rows]
+
+
+def _smooth(values: Array, between: int) -> Array:
+    """Catmull and Rom's curve through the points (count, k, …), ``between`` more in each gap."""
+    first, last = 2 * values[:, :1] - values[:, 1:2], 2 * values[:, -1:] - values[:, -2:-1]
+    padded = np.concatenate([first, values, last], axis=1)
+    a, b, c, d = (padded[:, k : padded.shape[1] - 3 + k, None] for k in range(4))
+    t = (np.arange(between + 1) / (between + 1))[None, None, :, None]
+    curve = 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - 3 * c + d - a) * t**3)
+    count, gaps = curve.shape[:2]
+    return np.concatenate([curve.reshape(count, gaps * (between + 1), -1), values[:, -1:]], axis=1)
+
+
+def _circles(strand: Array) -> Array:
+    """Unit vectors (count, k, SIDES, 3) around each point, across the strand, carried along without twist."""
+    tangent = np.gradient(strand, axis=1)
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-30)
+    start = tangent[:, 0]
+    axis = np.where(np.abs(start[:, 2:3]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    across = np.cross(start, axis)
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    result = np.empty((*strand.shape[:2], SIDES, 3))
+    for k in range(strand.shape[1]):
+        across -= tangent[:, k] * np.sum(across * tangent[:, k], axis=-1, keepdims=True)
+        across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-30)
+        other = np.cross(tangent[:, k], across)
+        result[:, k] = across[:, None] * np.cos(angle)[:, None] + other[:, None] * np.sin(angle)[:, None]
+    return result
+
+
+def _faces(count: int, rings: int) -> NDArray[np.int64]:
+    """Triangles of tubes whose vertices come ring by ring."""
+    side = np.arange(SIDES)
+    ring = np.arange(rings - 1)[:, None] * SIDES
+    a, b = ring + side, ring + (side + 1) % SIDES
+    one = np.stack([np.stack([a, b, b + SIDES], -1), np.stack([a, b + SIDES, a + SIDES], -1)], axis=2).reshape(-1, 3)
+    return np.asarray((np.arange(count)[:, None, None] * rings * SIDES + one).reshape(-1, 3))
+
+
+def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
+    """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials read."""
+    count = len(cloud.points)
+    if count == 0:
+        return None
+    places = np.empty(count * 3, np.float32)
+    cloud.attributes["position"].data.foreach_get("vector", places)
+    radii = np.full(count, DEFAULT_RADIUS, np.float32)
+    found = cloud.attributes.get("radius")
+    if found is not None and found.data_type == "FLOAT":
+        found.data.foreach_get("value", radii)
+    finer = next((k for k in (3, 2, 1) if count * 20 * 4**k <= MOST_TRIANGLES), 0)
+    directions, faces = ball(finer)
+    size = np.abs(radii.astype(np.float64))
+    positions = places.reshape(-1, 1, 3) + size[:, None, None] * directions
+    triangles = faces + np.arange(count)[:, None, None] * len(directions)
+    normals = np.broadcast_to(directions, positions.shape)
+    finite = np.isfinite(positions).all(axis=(1, 2))
+    positions = np.where(finite[:, None, None], positions, 0.0)
+    return Mesh(
+        name,
+        positions.reshape(-1, 3).astype(np.float32),
+        triangles[finite].reshape(-1, 3).astype(np.uint32),
+        normals=normals.reshape(-1, 3).astype(np.float32),
+        attributes=tuple(_point_attributes(cloud, reads, len(directions))),
+    )
+
+
+def _point_attributes(cloud: Any, reads: frozenset[str], times: int) -> Iterator[Attribute]:
+    widths = {"FLOAT": ("value", 1), "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4)}
+    for read in sorted(reads):
+        kind, _, name = read.partition(":")
+        found = cloud.attributes.get(name) if kind == "attribute" else None
+        if found is None or found.data_type not in widths or found.domain != "POINT":
+            continue
+        field, width = widths[found.data_type]
+        raw = np.empty(len(found.data) * width, np.float32)
+        found.data.foreach_get(field, raw)
+        values = np.nan_to_num(raw.reshape(-1, width)[:, :3])
+        values = np.repeat(values, 3, axis=1) if width == 1 else values
+        yield Attribute(read, np.repeat(values, times, axis=0))
+
+
+def ball(finer: int) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (v, 3) of a unit sphere and its triangles: an icosahedron, each face cut in four ``finer`` times."""
+    golden = (1 + 5**0.5) / 2
+    corners = [(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0)]
+    vertices = np.array([np.roll(corner, shift) for shift in range(3) for corner in corners], dtype=np.float64)
+    vertices /= np.linalg.norm(vertices[0])
+    # faces: all triples of mutual neighbors, turned outward
+    near = np.isclose(np.linalg.norm(vertices[:, None] - vertices[None], axis=-1), 2 / np.sqrt(golden * 5**0.5))
+    triples = [
+        (i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]
+    ]
+    faces = np.array(triples)
+    for _ in range(finer):
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        middles = np.stack([a + b, b + c, c + a], axis=1)
+        middles /= np.linalg.norm(middles, axis=-1, keepdims=True)
+        every = np.concatenate([np.stack([a, b, c], axis=1), middles], axis=1)
+        cut = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])
+        _, first, faces_of = np.unique(every.reshape(-1, 3).round(9), axis=0, return_index=True, return_inverse=True)
+        numbers = faces_of.reshape(-1, 6)
+        vertices, faces = every.reshape(-1, 3)[first], numbers[:, cut].reshape(-1, 3)
+    outward = np.einsum(
+        "fi,fi->f", np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))), vertices[faces[:, 0]]
+    )
+    faces = np.where((outward > 0)[:, None], faces, faces[:, ::-1])
+    return vertices, faces

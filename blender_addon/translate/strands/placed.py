@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hair and points in the scene: an instance for each, of a mesh of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spectral_core.scene import Instance, Mesh
+
+from ..meshes import READS_UV
+from ..shading.attributes import object_attributes
+from ..shading.materials import TranslatedMaterial
+from ..visibility import hidden_from
+from . import curves_mesh, particle_mesh, points_mesh
+
+
+def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
+    """Enter hair curves, or a cloud of points, into what a walk has ``found``."""
+    reads: frozenset[str] = frozenset().union(*(item.reads for item in materials))
+    key = (obj.data.as_pointer(), reads)
+    if key not in found.meshes:
+        name = found.unique("mesh", obj.data.name_full)
+        is_hair = obj.type == "CURVES"
+        found.meshes[key] = curves_mesh(name, obj.data) if is_hair else points_mesh(name, obj.data, reads)
+    mesh = found.meshes[key]
+    if mesh is not None:
+        _note_unread(found, obj, reads, mesh)
+        _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
+        found.instances[-1] = _with(found.instances[-1], random, object_attributes(obj, instance, reads))
+
+
+def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
+    """Enter the particle hair of an object, which is no object of its own, where the object itself stands."""
+    translation = found.translation
+    for system in getattr(obj, "particle_systems", ()):
+        settings = system.settings
+        if settings.type != "HAIR" or settings.render_type != "PATH" or obj.original.hide_render:
+            continue
+        if not translation.depsgraph.view_layer_eval.use_strand:
+            continue
+        if not is_render:
+            translation.note(obj.name, "particle hair is in renders of F12 and spectral-scene, not in the viewport")
+            continue
+        name = f"{obj.name_full} {system.name}"
+        mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=translation.depsgraph.mode == "RENDER")
+        if mesh is None:
+            continue
+        materials = worn(obj)
+        material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
+        found.meshes[name] = mesh
+        _note_unread(found, obj, material.reads, mesh)
+        _enter(found, obj, name, mesh, [material], np.eye(4))
+
+
+def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[TranslatedMaterial], matrix: Any) -> None:
+    original, layer = obj.original, found.translation.depsgraph.view_layer
+    found.originals.append(original)
+    found.instances.append(
+        Instance(
+            found.unique("instance", name),
+            mesh.name,
+            matrix,
+            tuple(item.material.name for item in materials),
+            original.lightgroup,
+            hidden_from(obj),
+            bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
+            color=tuple(obj.color),
+            index=int(obj.pass_index),
+        )
+    )
+
+
+def _with(instance: Instance, random: float, attributes: Any) -> Instance:
+    return replace(instance, random=random, attributes=attributes)
+
+
+def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> None:
+    """Name what materials read of hair or points and what they have not."""
+    there = {attribute.name for attribute in mesh.attributes}
+    for read in sorted(reads - there):
+        if read in READS_UV or read.startswith(("generated", "attribute")):
+            what = read.partition(":")[2] or read
+            found.translation.note(obj.name, f"{what!r} of its hair or points is not translated; its materials read 0")

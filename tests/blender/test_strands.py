@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hair curves, particle hair and point clouds become meshes of the right size and place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+def volume_of(mesh):
+    """Volume that a closed mesh encloses, outward faces."""
+    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(float) for k in range(3))
+    return float(np.einsum("ti,ti->t", np.cross(a, b), c).sum() / 6)
+
+
+def test_a_ball_of_triangles_is_a_ball():
+    from blender_addon.translate.strands import ball
+
+    for finer in range(4):
+        vertices, faces = ball(finer)
+        assert len(faces) == 20 * 4**finer and len(vertices) == 10 * 4**finer + 2
+        assert np.allclose(np.linalg.norm(vertices, axis=1), 1)
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        assert np.einsum("ti,ti->t", np.cross(b - a, c - a), a).min() > 0
+    volume = np.einsum("ti,ti->t", np.cross(a, b), c).sum() / 6
+    assert volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
+
+
+def test_tubes_keep_radius_and_length():
+    from blender_addon.translate.strands import SIDES, tubes
+
+    points = np.array([[0, 0, z] for z in (0, 1, 2.0)] + [[5, 0, 0], [6, 0, 0]])
+    mesh = tubes("hair", points, np.full(5, 0.1), np.array([3, 2]))
+    first = mesh.positions[np.abs(mesh.positions[:, 0]) < 1]
+    assert np.allclose(np.hypot(first[:, 0], first[:, 1]), 0.1, atol=1e-6) and np.ptp(first[:, 2]) == pytest.approx(2)
+    assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-5)
+    a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
+    facing = np.einsum("ti,ti->t", np.cross(b - a, c - a), mesh.normals[mesh.triangles[:, 0]])
+    assert facing.min() > 0 and len(mesh.triangles) % (2 * SIDES) == 0
+
+
+def test_hair_without_length_and_broken_points_are_left_out():
+    from blender_addon.translate.strands import tubes
+
+    assert tubes("none", np.zeros((1, 3)), np.ones(1), np.array([1])) is None
+    points = np.array([[0, 0, 0], [0, 0, 1], [np.nan, 0, 0], [0, 0, 2.0]])
+    mesh = tubes("hair", points, np.full(4, 0.1), np.array([2, 2]))
+    assert np.isfinite(mesh.positions).all() and len(mesh.triangles) > 0
+    still = tubes("still", np.zeros((3, 3)), np.full(3, 0.1), np.array([3]))
+    assert np.isfinite(still.positions).all()
+
+
+def test_hair_curves_are_translated(build, translate):
+    curves = bpy.data.hair_curves.new("Curves")
+    curves.add_curves([4, 2])
+    points = np.array([[0, 0, z] for z in range(4)] + [[1, 0, 0], [1, 0, 3]], np.float32)
+    curves.attributes["position"].data.foreach_set("vector", points.ravel())
+    curves.materials.append(build.material())
+    build.object("Curves", curves, (0, 0, 5))
+    scene = translate()
+    assert [item.name for item in scene.instances] == ["Curves"] and not scene.notes
+    assert scene.instances[0].world_from_object[2, 3] == 5 and np.ptp(scene.meshes[0].positions[:, 2]) == pytest.approx(
+        3
+    )
+
+
+def test_a_point_cloud_has_its_balls_and_attributes(build, translate):
+    thing = build.plane()
+    tree = bpy.data.node_groups.new("Geometry", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    start, points, end = (
+        tree.nodes.new(kind) for kind in ("NodeGroupInput", "GeometryNodeMeshToPoints", "NodeGroupOutput")
+    )
+    points.inputs["Radius"].default_value = 0.25
+    tree.links.new(start.outputs[0], points.inputs[0])
+    tree.links.new(points.outputs[0], end.inputs[0])
+    thing.modifiers.new("G", "NODES").node_group = tree
+    mesh = translate().meshes[0]
+    assert volume_of(mesh) == pytest.approx(4 * 4 / 3 * np.pi * 0.25**3, rel=0.02)
+
+
+def test_particle_hair_grows_where_the_object_stands(build, translate):
+    thing = build.plane(size=2.0)
+    thing.location = (10, 0, 0)
+    thing.modifiers.new("P", "PARTICLE_SYSTEM")
+    settings = thing.particle_systems[0].settings
+    settings.type, settings.count, settings.hair_length = "HAIR", 50, 1.0
+    scene = translate()
+    hair = next(mesh for mesh in scene.meshes if mesh.name.startswith("Plane P"))
+    assert len(scene.instances) == 2 and 8.9 < hair.positions[:, 0].min() < hair.positions[:, 0].max() < 11.1
+    assert 0.5 < np.ptp(hair.positions[:, 2]) < 1.5 and not scene.notes
