@@ -117,7 +117,8 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
             place_strands(found, obj, instance, worn, _random(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
-            translate_volume(found, obj, instance)
+            volume = translate_volume(translation, found.unique("volume", obj.name_full), obj, instance)
+            found.volumes += [] if volume is None else [volume]
     elif obj.type not in AS_MESH + UNSEEN:
         translation.note(obj.name, LEFT_OUT.get(obj.type, f"objects of type {obj.type.lower()} are not rendered"))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
+from .context import Translation
 from .volume_looks import transfer as volume_looks
 from .volume_looks.look import look_of
-
-if TYPE_CHECKING:
-    from .objects import Collected
 
 NO_TRANSFER = (
     "this volume has no spectral transfer function, and its shader's grids are not simulated; it was left out. "
@@ -25,30 +23,22 @@ NO_TRANSFER = (
 )
 
 
-def translate_volume(found: Collected, obj: Any, instance: Any) -> None:
-    """Add the VolumeObject of an evaluated Volume object; a volume that cannot be shown is left out with a Note."""
+def translate_volume(translation: Translation, name: str, obj: Any, instance: Any) -> VolumeObject | None:
+    """The VolumeObject ``name`` of an evaluated Volume object; None, with a Note, if it cannot be shown."""
     data = obj.data
     settings = getattr(data, "spectral", None)
     if settings is None or not settings.enabled:
-        found.translation.note(obj.name, NO_TRANSFER)
-        return
+        translation.note(obj.name, NO_TRANSFER)
+        return None
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     try:
         volume = voxels_of(data)
         placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
-        stated = volume_looks.stated_transfer(data, found.translation.rgb_from_working)
+        stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
         transfer = stated.for_volume(placed, volume_looks.value_range(data))
     except SpectralError as error:
         raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and goes on
-    found.volumes.append(
-        VolumeObject(
-            found.unique("volume", obj.name_full),
-            placed.data,
-            placed.world_from_index,
-            transfer,
-            **look_of(settings),
-        )
-    )
+    return VolumeObject(name, placed.data, placed.world_from_index, transfer, **look_of(settings))
 
 
 def voxels_of(data: Any) -> ScalarVolume:

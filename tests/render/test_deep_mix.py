@@ -16,11 +16,14 @@ from spectral_core.scene import (
     Diffuse,
     Film,
     Glossy,
+    Instance,
+    Material,
     MixSurface,
     PointLight,
     Transparent,
     World,
 )
+from spectral_core.scene.shading import Builder
 from tests.render.scenes import lit_plane, matrix
 from tests.render.test_programs import noise_program
 
@@ -92,3 +95,62 @@ def test_more_leaves_of_equal_build_need_no_new_kernel():
     traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
     assert len(traced) >= 4
     assert all(kernel["cache_hit"] for kernel in traced)
+
+
+def _programs(count):
+    """As many programs of different shapes: coordinates, numbers, a ramp and a vector through arithmetic."""
+    made = []
+    for number in range(count):
+        build = Builder()
+        place = build.add("vector_input", (), "position" if number % 2 else "uv", 0)
+        scale = build.number((0.4, 0.3, 0.2))
+        value = build.as_width(build.add("vector_math", (place, scale, scale, build.number(1.0)), "MULTIPLY"), 1)
+        for digit in range(4):
+            operation = ("ADD", "MULTIPLY", "SINE")[(number // 3**digit) % 3]
+            value = build.add("math", (value, build.number(0.3 + 0.1 * digit), build.number(0.0)), operation)
+        ramp = np.linspace((0.1, 0.2, 0.3, 1), (0.9, 0.5, 0.1 * (number % 4), 1), 16)
+        color = build.add("ramp_color", (value,), data=ramp)
+        made.append(Computed(build.program(color if number % 3 else value)))
+    return made
+
+
+def _scene_of(paints, transport):
+    plain = lit_plane(PointLight(name="lamp", world_from_light=matrix((1, 0, 2)), power_w=100.0), transport=transport)
+    materials = tuple(Material(f"m{k}", Diffuse(paint)) for k, paint in enumerate(paints))
+    width = 2.0 / len(paints)
+    scale, mesh = np.diag([0.5 * width, 1.0, 1.0, 1.0]), plain.meshes[0].name
+    placed = tuple(
+        Instance(f"o{k}", mesh, matrix((width * (k + 0.5) - 1, 0, 0)) @ scale, (f"m{k}",)) for k in range(len(paints))
+    )
+    return replace(plain, materials=materials, instances=placed, film=Film(24, 8, samples=4))
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_interpreted_programs_give_what_their_own_code_gives(monkeypatch, transport):
+    from spectral_core.render.plugins.surfaces import slots
+
+    scene = _scene_of(_programs(9), transport)
+    pictures = []
+    for most in (0, 1000):
+        monkeypatch.setattr(slots, "MOST_PROGRAMS", most)
+        pictures.append(render_scene(scene).pixels)
+    assert pictures[0][..., :3].std() > 0.01
+    np.testing.assert_allclose(pictures[0], pictures[1], rtol=1e-4, atol=1e-5)
+
+
+def test_more_programs_of_the_same_operations_are_no_more_code():
+    import drjit
+
+    from spectral_core.render.job import RenderJob
+    from spectral_core.render.plan.effects import plan_from_data
+
+    def operations(count):
+        paints = [paint for paint in _programs(3 * count) if paint.program.width == 1][:count]
+        scene = _scene_of(paints, "rgb")
+        job = RenderJob(scene, plan_from_data(scene, 0.0))
+        with drjit.scoped_set_flag(drjit.JitFlag.KernelHistory, True):
+            drjit.kernel_history_clear()
+            job.trace(1)
+            return max(kernel.get("operation_count", 0) for kernel in drjit.kernel_history())
+
+    assert operations(27) <= 1.02 * operations(12)

@@ -103,9 +103,10 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
         f"{design.compressed:.1%} of the texels show the nearest color that a reflectance can have"
     )
     for loss in design.losses:
+        ghost = f", ghost of the other picture {loss.ghost:.3f}" if len(design.losses) > 1 else ""
         print(
             f"{loss.name}: ΔE2000 mean {loss.mean:.3f}, 99 % {loss.p99:.2f}, largest {loss.largest:.2f}; "
-            f"details kept {loss.contrast:.2f}, ghost of the other picture {loss.ghost:.3f}"
+            f"details kept {loss.contrast:.2f}{ghost}"
         )
     for number, each in enumerate(outcome.wanted_colors, 1):
         nearest = "" if each.reachable else f"; these spectra reach at best {np.round(each.nearest, 3).tolist()}"

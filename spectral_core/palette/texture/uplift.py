@@ -148,7 +148,8 @@ def _require_apart(pins: Sequence[Pin]) -> None:
         for other in pins[:number]:
             if np.abs(pin.color - other.color).max() < 0.5 / (NODES - 1) and not np.allclose(pin.wanted, other.wanted):
                 raise InvalidInputError(
-                    f"two pins at almost the same color {pin.color.round(3).tolist()} want different colors; keep one"
+                    f"almost the same color, linear RGB {pin.color.round(3).tolist()}, should look like two different "
+                    "colors; keep one of the two"
                 )
 
 

@@ -18,7 +18,7 @@ from spectral_core.render.passes.joined import OF_FIRST_SAMPLE
 from spectral_core.render.passes.lobes import drawn_parts
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
@@ -128,15 +128,15 @@ class DataPasses(Accumulator):
             seen = met & ~unseen & ~hole
             bsdf = first_hit.surface(si)
             passed = dr.select(seen, bsdf.eval_null_transmission(si, seen), 1.0)
-            alpha = 1.0 - dr.mean(passed)
+            alpha = 1.0 - channel_mean(dr, passed)
             single = seen & ~done & (alpha >= self._wanted.alpha_threshold) & (alpha > 0.0)
             rows = self._subjects.of_hit(first_hit.rules, si, seen)
             self._see_place(si, rows, single, is_first)
             self._see_outputs(si, rows[1], single)
-            self._see_mist(si, seen, dr.mean(clear) * alpha)
+            self._see_mist(si, seen, channel_mean(dr, clear) * alpha)
             if self._colors:
                 self._see_colors(si, bsdf, clear * weight, (pick, direction), seen)
-            named = self._see_names(rows, dr.mean(clear) * alpha, seen, list(slots))
+            named = self._see_names(rows, channel_mean(dr, clear) * alpha, seen, list(slots))
             clear = dr.select(seen, clear * passed, clear)
             onward = met & ~hole & (dr.max(clear) > 1e-4) & (layers + 1 < bounds)
             return (

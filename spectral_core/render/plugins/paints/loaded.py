@@ -7,7 +7,31 @@ from typing import Any
 
 from spectral_core.render.plugins.paints.programs import DrJit
 from spectral_core.render.plugins.paints.tables import SceneTables
-from spectral_core.scene.shading import Instruction, Program, step
+from spectral_core.scene.shading import OPERATIONS, Instruction, Program, step
+
+SHARED = frozenset(
+    name for name in OPERATIONS if name.startswith(("noise", "voronoi", "wave", "brick", "magic", "white_noise"))
+)
+"""Operations of so much code that a kernel has it once and calls it."""
+
+
+def shared(backend: DrJit, instruction: Instruction, results: list[Any]) -> Any:
+    """Value of an operation as a call: Dr.Jit keeps one copy of the code of equal calls."""
+    tables = backend.tables
+    mi, dr, of = tables.mi, tables.dr, OPERATIONS[instruction.operation]
+    operands = [results[k] for k in instruction.inputs]
+    given = [tuple(map(mi.Float, each)) if isinstance(each, tuple) else mi.Float(each) for each in operands]
+
+    def run(given: list[Any], active: Any) -> Any:
+        found = of.function(DrJit(tables, None, active), *given, *instruction.settings)
+        return tuple(map(mi.Float, found)) if of.result == 3 else mi.Float(found)
+
+    def nothing(given: list[Any], active: Any) -> Any:
+        return (mi.Float(0.0),) * 3 if of.result == 3 else mi.Float(0.0)
+
+    # of two targets, as a single one would be written out where it is called; with a name, as Dr.Jit stops at the third
+    # call of one name within each other
+    return dr.switch(tables.first_target, [run, nothing], given, mi.Bool(backend.active), label="operation")
 
 
 class TracedProgram:
@@ -39,7 +63,10 @@ class TracedProgram:
             def constant(item: Instruction, offset: Any = offset) -> list[Any]:
                 return [dr.gather(mi.Float, numbers, offset + k) for k in range(len(item.values))]
 
-            results.append(step(instruction, results, backend, constant))
+            if instruction.operation in SHARED:
+                results.append(shared(backend, instruction, results))
+            else:
+                results.append(step(instruction, results, backend, constant))
         return results[-1]
 
 

@@ -32,10 +32,15 @@ class SceneTables:
     has_instances: bool = False
     attributes: dict[str, int] = field(default_factory=dict)
     """Column of each named attribute; all are known before the first program is traced."""
+    first_target: Any = None
+    """A 0 that kernels read instead of knowing: the index of the first of several targets."""
     _buffer: Any = None
     _camera: Any = None
     _images: dict[int, Any] = field(default_factory=dict)
     _kept: list[Any] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.first_target = self.dr.opaque(self.mi.UInt32, 0)
 
     def place(self, shape: Any, instance: Any, *, is_instance: bool = False) -> None:
         """Remember where a shape, or an instance of shapes, stands."""

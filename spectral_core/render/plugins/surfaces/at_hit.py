@@ -76,7 +76,7 @@ class SurfaceAt:
         if len(targets) == 1:
             return targets[0](row, si, rest, active)
         kind = dr.gather(mi.UInt32, tables.leaf_kind, leaf, active)
-        return dr.switch(kind, targets, row, si, rest, active)
+        return dr.switch(kind, targets, row, si, rest, active, label="closure")
 
     def _over_leaves(self, state: tuple[Any, ...], body: Callable[..., Any], leaves: tuple[Any, Any, Any]) -> Any:
         """``state`` after ``body(leaf, *state)`` for each leaf."""

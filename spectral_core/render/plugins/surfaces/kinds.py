@@ -27,6 +27,7 @@ class Buffers:
     upsampling: Any
     program_values: list[float] = field(default_factory=list)
     albedo_values: list[float] = field(default_factory=list)
+    interpreter: Any = None
     numbers: Any = None
     codes: Any = None
     program_numbers: Any = None

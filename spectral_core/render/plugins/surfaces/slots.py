@@ -6,12 +6,15 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.albedo import SIZE
+from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.loaded import TracedProgram
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.sources import Programmed, Source, Textured
 
 FIRST_TEXTURE = 1 << 16
 """Place in a row of the first texture that computes an input; programs count from 1."""
+MOST_PROGRAMS = 6
+"""Programs of an input that have code of their own; more are left to the interpreter."""
 WIDTHS = {"number": 2, "color": 3, "vector": 2, "table": 1}
 """Places that an input takes in the row of a closure: of numbers, and of whole numbers (reader, first number)."""
 
@@ -64,6 +67,8 @@ class Slot:
         self.places: dict[Any, int] = {}
         """By build of a source: what stands in a row for the program or texture that computes it."""
         self.has_numbers = False
+        self.first_program: int | None = None
+        """Number of the first of its programs for the interpreter; None where each has its own code."""
         self.value: Any = None
 
     def enter(self, source: Source, tables: SceneTables) -> int:
@@ -81,10 +86,11 @@ class Slot:
                 self.textures.append(source.texture)
         return self.places[build]
 
-    def knows(self, source: Source) -> bool:
-        """Whether the kernel can read a source here."""
-        build = build_of(source)
-        return self.has_numbers if build is None else build in self.places
+    def choose(self, interpreter: Interpreter) -> None:
+        """Leave the programs to the interpreter where they are many."""
+        if len(self.programs) > MOST_PROGRAMS and self.first_program is None:
+            numbers = [interpreter.enter(read.traced.program) for read in self.programs]
+            self.first_program = None if None in numbers else numbers[0]
 
     def eval(self, si: Any, active: Any = True) -> Any:
         """As a spectrum."""
@@ -150,8 +156,24 @@ class Slot:
     def _program_values(self, buffers: Any, code: Any, start: Any, si: Any, active: Any) -> Any:
         import drjit as dr
 
+        if self.first_program is not None:
+            found = buffers.interpreter.run(buffers.program_numbers, (code + self.first_program, start), si, active)
+            if self.kind == "number":
+                wide = any(read.traced.program.width == 3 for read in self.programs)
+                found = 0.2126 * found.x + 0.7152 * found.y + 0.0722 * found.z if wide else found.x
+            return self._as_kind(buffers, found, si)
         targets = [lambda start, si, active, read=read: read(buffers, start, si, active) for read in self.programs]
-        found = targets[0](start, si, active) if len(targets) == 1 else dr.switch(code, targets, start, si, active)
+        found = (
+            targets[0](start, si, active)
+            if len(targets) == 1
+            else dr.switch(code, targets, start, si, active, label=self.kind)
+        )
+        return self._as_kind(buffers, found, si)
+
+    def _as_kind(self, buffers: Any, found: Any, si: Any) -> Any:
+        """What programs have computed, as the closure wants it."""
+        import drjit as dr
+
         if self.kind != "color":
             return found
         rgb = dr.clip(found, 0.0, 1.0)
@@ -164,7 +186,11 @@ class Slot:
         targets = [
             lambda start, si, active, texture=texture: getattr(texture, name)(si, active) for texture in self.textures
         ]
-        return targets[0](start, si, active) if len(targets) == 1 else dr.switch(code, targets, start, si, active)
+        return (
+            targets[0](start, si, active)
+            if len(targets) == 1
+            else dr.switch(code, targets, start, si, active, label=self.kind)
+        )
 
 
 def build_of(source: Source) -> Any:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from spectral_core.render.plugins.paints.interpreter import Interpreter
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.plugins.surfaces.kinds import Buffers, ClosureKind
 from spectral_core.render.plugins.surfaces.slots import Slot, build_of
@@ -45,7 +46,7 @@ class SurfaceTables:
 
     def __init__(self, scene: SceneTables, upsampling: Any) -> None:
         self.mi, self.dr = scene.mi, scene.dr
-        self.buffers = Buffers(scene, upsampling)
+        self.buffers = Buffers(scene, upsampling, interpreter=Interpreter(scene))
         self.kinds: list[ClosureKind] = []
         self.factor = Slot("number", 0)
         """Reads factors of weights."""
@@ -145,6 +146,10 @@ class SurfaceTables:
         if not self.kinds:  # nothing is to be hit, yet kernels are traced
             self.add("", [Leaf(Lobe("clear", {}), 1.0)])
         entries, buffers = self._entries, self.buffers
+        for slot in (self.factor, *(slot for kind in self.kinds for slot in kind.slots)):
+            slot.choose(buffers.interpreter)
+        self._put(buffers.interpreter, "code", buffers.interpreter.code_values)
+        self._put(buffers.interpreter, "programs", buffers.interpreter.program_values)
         self._put(buffers, "numbers", self._numbers)
         self._put(buffers, "codes", self._codes)
         self._put(buffers, "program_numbers", buffers.program_values)
@@ -226,7 +231,7 @@ class SurfaceTables:
         if uses != len(new) or any(build_of(each) != wanted for each in new):
             return False
         if isinstance(old, Programmed) and isinstance(new[0], Programmed):
-            if old.program.shape != new[0].program.shape:
+            if old.program.shape != new[0].program.shape or slot.first_program is not None:
                 return False
             slot.programs[slot.places[build] - 1].traced.take_contents(new[0].program)
             slot.places[wanted] = slot.places.pop(build)
