@@ -18,7 +18,7 @@ from spectral_core.render.cost.errors import estimate, rarity
 from spectral_core.render.cost.figure import write_figure
 from spectral_core.render.cost.model import CostModel
 from spectral_core.render.cost.probe import probe_pixels
-from spectral_core.scene import AreaLight, Color, Diffuse, Film, RenderSettings, World, gray
+from spectral_core.scene import AreaLight, Color, Diffuse, Film, ImageTexture, RenderSettings, World
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from tests.render.scenes import lit_plane, looking_down, matrix
 
@@ -26,13 +26,13 @@ LAMP = AreaLight(name="lamp", world_from_light=matrix((0.4, 0, 1.0)), power_w=15
 
 
 def noisy(**settings):
-    """A floor under a near soft lamp and a sky."""
+    """A floor under a near soft lamp and the picture of a sky, which is asked for light as the lamp is."""
     scene = lit_plane(
         LAMP,
         surface=Diffuse(Color([0.6, 0.5, 0.4])),
         film=Film(48, 32, samples=16, filter_kind="box", filter_width=1.0),
         camera=looking_down(2.0, 0.9),
-        world=World(gray(0.2)),
+        world=World(ImageTexture("sky", np.full((4, 8, 3), 0.2, np.float32), "linear")),
     )
     return replace(scene, settings=RenderSettings(transport="rgb", max_bounces=2, **settings))
 
