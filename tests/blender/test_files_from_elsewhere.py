@@ -80,3 +80,14 @@ def test_a_glow_that_reads_an_attribute_lights_as_it_shows():
     program = Computed(build.program(build.add("vector_input", (), "attribute:Tint", 0)))
     found, expected = lit_by(Emission(program, 5.0)), lit_by(Emission(Color(np.array([0.0, 1.0, 0.0])), 5.0))
     assert expected[1] > 0.05 and found == pytest.approx(expected, rel=0.02, abs=1e-4)
+
+
+def test_a_coat_dims_and_tints_what_is_emitted_below_it(build, translate):
+    """Straight on a coat of index 1.5 reflects 4 %; its tint counts once, as light passes it once."""
+    sockets = {"Emission_Strength": 1.0, "Coat_Weight": 1.0, "Coat_Tint": (0.5, 1.0, 1.0, 1)}
+    build.plane(material=build.material(shader="ShaderNodeBsdfPrincipled", **sockets))
+    scene = translate()
+    color = scene.materials[0].surface.emission_color
+    assert isinstance(color, Computed) and not scene.notes
+    up = tuple(np.full(1, value) for value in (0.0, 0.0, 1.0))
+    np.testing.assert_allclose(np.ravel(color.program.evaluate(lambda name, shift: up)), [0.48, 0.96, 0.96], rtol=1e-3)

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import Computed, Principled, Surface, gray
+from spectral_core.scene import Computed, Paint, Principled, Surface, gray
+from spectral_core.spectra.spectrum import Spectrum
 
+from .fields import Value, paint_of
 from .reader import Reader
 from .shader_inputs import direction_at, ior, lobe_tangent, main_color, note_model, radius_of
 from .tree import Output, linked
@@ -14,6 +16,34 @@ from .tree import Output, linked
 PRINCIPLED_UNUSED = {
     "Thin Film Thickness": "its thin film is left out",
 }
+
+
+def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint:
+    """The color of what it emits, dimmed and tinted by the coat that lies above it."""
+    plain = reader.paint(output.input("Emission Color"), gray(1.0))
+    if not is_coated:
+        return plain
+    if isinstance(plain, Spectrum):
+        reader.note(f"{output.label!r}: its coat does not dim the spectrum that it emits")
+        return plain
+
+    def math(kind: str, first: Value | float, second: Value | float = 0.0, third: float = 0.0) -> Value:
+        return reader.emit("math", first, second, third, settings=(kind,))
+
+    normal, incoming = reader.point("normal"), reader.point("incoming")
+    weight, index = reader.read(output, "Coat Weight", 0.0), reader.read(output, "Coat IOR", 1.5)
+    reflected = reader.emit("fresnel", index, normal, incoming, 0.0)
+    clear = math("SUBTRACT", 1.0, math("MULTIPLY", weight, reflected))
+    # through the coat and out: its tint to the power of the way's length over its thickness
+    cosine = reader.emit("vector_number", normal, incoming, settings=("DOT_PRODUCT",))
+    sine = math("SUBTRACT", 1.0, math("MULTIPLY", cosine, cosine))
+    inner = math("SQRT", math("SUBTRACT", 1.0, math("DIVIDE", sine, math("MULTIPLY", index, index))))
+    way = math("MULTIPLY", math("DIVIDE", 1.0, math("MAXIMUM", inner, 1e-3)), weight)
+    tint = reader.read(output, "Coat Tint", np.ones(3))
+    passed = reader.emit("vector_math", tint, way, 0.0, 0.0, settings=("POWER",))
+    dimmed = reader.emit("vector_math", passed, clear, 0.0, 0.0, settings=("MULTIPLY",))
+    color = reader.read(output, "Emission Color", np.ones(3))
+    return paint_of(reader.emit("vector_math", color, dimmed, 0.0, 0.0, settings=("MULTIPLY",)))
 
 
 def principled(reader: Reader, output: Output) -> Surface:
@@ -33,8 +63,6 @@ def principled(reader: Reader, output: Output) -> Surface:
         note_model(reader, output, getattr(output.node, "subsurface_method", "RANDOM_WALK"))
     strength = scalar("Emission Strength", 0.0)
     lit = isinstance(strength, Computed) or strength != 0
-    if lit and coat_weight != 0:
-        reader.note(f"{output.label!r}: its coat does not dim what it emits")
     index, transmission = ior(reader, output.input("IOR"), 1.5), scalar("Transmission Weight", 0.0)
     if index < 1 and transmission != 1:
         reader.note(f"{output.label!r}: an index of refraction below 1 reflects less at grazing angles than in Cycles")
@@ -63,7 +91,7 @@ def principled(reader: Reader, output: Output) -> Surface:
         subsurface_radius=radius_of(reader, output, "Subsurface Radius") if below != 0 else (1.0, 0.2, 0.1),
         subsurface_scale=scalar("Subsurface Scale", 0.05),
         subsurface_anisotropy=reader.number(output.input("Subsurface Anisotropy"), 0.0),
-        emission_color=reader.paint(output.input("Emission Color"), gray(1.0)) if lit else gray(1.0),
+        emission_color=_emission_color(reader, output, is_coated=coat_weight != 0) if lit else gray(1.0),
         emission_strength=strength,
         normal=normal,
     )
