@@ -9,7 +9,7 @@ PYTHON := .venv/bin/python
 
 help:
 	@sed -n 's/^# make/make/p' Makefile
-	@echo "also: setup, quick (tests under ten seconds each), check, format, extension, real-blender, clean"
+	@echo "also: setup, quick (one test of each file without a renderer, under a minute), check, format, extension, real-blender, clean"
 
 setup:
 	@$(BASE_PYTHON) scripts/setup.py
@@ -31,7 +31,7 @@ test: check
 	CI=true $(PYTHON) -m pytest --durations=15
 
 quick: setup
-	$(PYTHON) -m pytest -m "not slow"
+	$(PYTHON) -m pytest --first
 
 format: setup
 	$(PYTHON) -m ruff format .

@@ -18,13 +18,34 @@ settings.load_profile("house")
 ROOT = Path(__file__).resolve().parents[1]
 
 
+WITH_A_RENDERER = (
+    "blender", "blender_relight", "blender_sweep", "blender_ui", "blender_viewport", "blender_volume", "real_blender",
+    "render", "relight", "live", "volume_scene", "examples", "benchmarks", "package",
+)  # fmt: skip
+"""Folders whose tests render, run Blender or build packages: seconds each."""
+STILL_FIRST = ("test_ledger.py", "test_declared_settings.py", "test_sobol.py")
+"""Quick files of these folders."""
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--first``: one test of each file, so that a change is tried everywhere within a minute."""
-    parser.addoption("--first", action="store_true", help="run the first test of each file alone")
+    """``--first``: one test of each file that needs no renderer, so that a change is tried within a minute."""
+    parser.addoption("--first", action="store_true", help="run the first test of each file that needs no renderer")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files that render, with ``--first``."""
+    if not config.getoption("--first") or collection_path.suffix != ".py":
+        return None
+    renders = any(parent.name in WITH_A_RENDERER for parent in collection_path.parents if parent != ROOT)
+    return (
+        True
+        if renders and collection_path.name.startswith("test_") and collection_path.name not in STILL_FIRST
+        else None
+    )
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the first test of each file that is not deselected by its marks."""
+    """Keep the first test of each file that is not slow, with ``--first``."""
     if not config.getoption("--first"):
         return
     chosen: dict[Path, pytest.Item] = {}

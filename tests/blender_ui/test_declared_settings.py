@@ -54,6 +54,7 @@ NOT_IN_RENDER = {
     "variant": "chosen by what is installed",
     "overrides": "a list of its own in the panel",
     "white": "the scene's own, no setting",
+    "passes": "Blender's own panel, View Layer ▸ Passes",
     "light_paths": "Blender's own panel, Light Paths",
     "scene_bounces": "Blender's own panel, Light Paths",
 }

@@ -44,7 +44,7 @@ def build():
 def look():
     scene = bpy.context.scene
     settings = scene.spectral.viewport
-    settings.samples, settings.is_split = SAMPLES, True
+    settings.samples, settings.is_split, settings.divider = SAMPLES, True, 0.577  # through the vase
     for side, light in zip((settings.look, settings.other), demo.LIGHTS, strict=True):
         side.kind, side.lamp = "LAMP", light.name
         side.exposure = float(np.log2(light.exposure))

@@ -168,3 +168,59 @@ def test_what_is_told_is_how_often_it_is_drawn(count, far):
     np.testing.assert_allclose(probability, told[item], rtol=2e-3)
     # evenly spaced numbers hit each share to one part of the draws, but for 32-bit sums of a cluster's weights
     np.testing.assert_allclose(frequency, told, atol=2e-4, rtol=0.02)
+
+
+def test_even_surroundings_are_met_and_not_asked_beside_a_sun():
+    """The same picture as when they are asked, from a tenth of the noise: rays find them whatever way they go."""
+    from dataclasses import replace
+
+    from benchmarks._meshes import at, box, square
+    from spectral_core.render.job import RenderJob
+    from spectral_core.render.plan.effects import plan_effects
+    from spectral_core.scene import (
+        Camera,
+        Color,
+        Diffuse,
+        Film,
+        Instance,
+        Material,
+        RenderSettings,
+        Scene,
+        SunLight,
+        World,
+        gray,
+    )
+
+    scene = Scene(
+        camera=Camera(world_from_camera=at(0, -9, 3.5, turn=("x", 72)), field_of_view_rad=0.8),
+        film=Film(32, 18, 16),
+        meshes=(square(), box()),
+        materials=(Material("gray", Diffuse(gray(0.6))),),
+        instances=(
+            Instance("floor", "square", at(scale=30.0), ("gray",)),
+            *(Instance(f"block {k}", "box", at(1.5 * k - 3, 0, 0.4, 0.5), ("gray",)) for k in range(5)),
+        ),
+        lights=(SunLight(name="sun", world_from_light=at(turn=("x", 40)), irradiance=3.0, angle_rad=0.01),),
+        world=World(Color([0.3, 0.45, 0.8])),
+        settings=RenderSettings("rgb"),
+    )
+
+    def traced(samples, seed, even):
+        film = replace(scene.film, samples=samples, seed=seed)
+        job = RenderJob(replace(scene, film=film), plan_effects(scene, pilot=False))
+        lights = job._loaded.parts.context.lights
+        assert lights.world_is_constant
+        if not even:  # ask them after all, by their irradiance
+            lights.world_is_constant = False
+            from spectral_core.render.mitsuba_scene.assemble import _scene_lights
+
+            job._integrators[""].lights = _scene_lights(
+                job._loaded.parts.context, lights, job._loaded.scene, fogged=False
+            )
+        job.trace(samples)
+        return job.picture()[..., :3].astype(float)
+
+    limit, asked = traced(2048, 1, True), traced(2048, 1, False)
+    assert abs(limit.mean() / asked.mean() - 1) < 2e-3
+    errors = [((traced(16, 2, even) - limit) ** 2).mean() for even in (True, False)]
+    assert errors[0] < 0.3 * errors[1]

@@ -17,6 +17,11 @@ VISIBLE = ((1.0, "not visible"), (3.0, "visible side by side"), (1e9, "obvious")
 """Mean ΔE2000 up to which a difference is what."""
 SHADES = ("#e8f3ea", "#fdf6e0", "#fbe9e4")
 LINE, MARK = "#1f5fa8", "#c2410c"
+TICKS_S = (
+    0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0, 7200.0,
+    18000.0, 36000.0, 86400.0, 172800.0,
+)  # fmt: skip
+"""Seconds, minutes and hours that an axis may be marked at."""
 UNITS = {"samples": "samples per pixel", "bounces": "bounces", "transport": "transport", "volume step": "volume step"}
 
 
@@ -71,7 +76,7 @@ def _mark_now(axes: Any, curve: CostCurve) -> None:
     """What the scene's own settings lead to, and an asked ΔE 1."""
     marks = (
         (curve.now, "*", f"as it is set:\n{curve.now.samples:.0f} samples, {_clock(curve.now.seconds)}", (12, 26)),
-        (curve.at_error, "D", f"asked for ΔE 1:\n{_clock(curve.at_error.seconds)}", (12, -34)),
+        (curve.at_error, "D", f"asked for ΔE 1:\n{_clock(curve.at_error.seconds)}", (-78, -36)),
     )
     for found, shape, text, away in marks:
         axes.plot(found.seconds, max(found.delta_e, 1e-3), shape, markersize=11, color=MARK, zorder=4)
@@ -82,14 +87,13 @@ def _mark_now(axes: Any, curve: CostCurve) -> None:
 
 
 def _name_axes(axes: Any, axis: str, points: list[CostPoint]) -> None:
-    from matplotlib.ticker import LogLocator
+    from matplotlib.ticker import FixedLocator
 
     axes.set_xscale("log")
     axes.set_yscale("log")
-    subs = (1.0, 2.0, 5.0) if max(p.seconds for p in points) < 100 * min(p.seconds for p in points) else (1.0,)
-    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_locator(FixedLocator(_times([point.seconds for point in points])))
+    axes.xaxis.set_minor_locator(FixedLocator([]))
     axes.xaxis.set_major_formatter(lambda seconds, _: _clock(seconds))
-    axes.xaxis.set_minor_formatter(lambda seconds, _: "")
     axes.yaxis.set_major_formatter(lambda error, _: f"{error:g}")
     axes.yaxis.set_minor_formatter(lambda error, _: "")
     axes.set_xlabel(f"time for the whole picture; numbers at the points: {UNITS.get(axis, axis)}")
@@ -97,6 +101,13 @@ def _name_axes(axes: Any, axis: str, points: list[CostPoint]) -> None:
     axes.grid(True, which="major", color="#cbd5e1", linewidth=0.6, zorder=1)
     axes.spines[["top", "right"]].set_visible(False)
     axes.margins(x=0.08, y=0.12)
+
+
+def _times(seconds: list[float]) -> list[float]:
+    """Times that one says, some of them, over the range of ``seconds``."""
+    low, high = min(seconds) / 1.5, max(seconds) * 1.5
+    known = [each for each in TICKS_S if low <= each <= high]
+    return known[:: max(1, -(-len(known) // 7))]
 
 
 def _shade(axes: Any) -> None:
@@ -127,7 +138,7 @@ def _clock(seconds: float) -> str:
     """A time in the unit that one says it in."""
     if seconds < 1:
         return f"{seconds:.2g} s"
-    if seconds < 90:
+    if seconds < 90 and seconds % 60:
         return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1f} s".replace(".0 s", " s")
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 

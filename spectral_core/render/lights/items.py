@@ -37,7 +37,10 @@ def far_rows(lights: LightList) -> Rows:
     if lights.world is not None:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
-        strengths.append(usual if lights.even else lights.world[1])
+        others = lights.balls or lights.panels or lights.glows or lights.suns
+        # what is equally bright all around is met by every direction that a surface draws: asking for it gains nothing
+        passed_over = lights.world_is_constant and bool(others) and not lights.even
+        strengths.append(usual if lights.even else 0.0 if passed_over else lights.world[1])
     return _rows(centers, radii, strengths)
 
 

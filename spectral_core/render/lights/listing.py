@@ -131,6 +131,8 @@ class LightList:
     glows: list[Glow] = field(default_factory=list)
     world: tuple[int, float] | None = None
     """The surroundings: their source, and the irradiance that they give where nothing hides them."""
+    world_is_constant: bool = False
+    """Whether the surroundings are equally bright in every direction."""
     even: bool = False
     """Whether every source is asked as if it were as bright as any other, near and far alike: a recording is mixed
     later, and must neither depend on how bright its lights are nor starve one."""

@@ -131,6 +131,7 @@ def add_world(context: Context, lights: LightList, world: World, emitter: Any) -
     _read_numbers(context, emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
     lights.world = (source, np.pi * _mean_brightness(world))
+    lights.world_is_constant = isinstance(world.color, (Color, Spectrum))
     return source
 
 
