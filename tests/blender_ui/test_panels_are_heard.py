@@ -18,7 +18,7 @@ from blender_addon.translate.spectra.stored import store_spectrum
 from blender_addon.translate.texture_project import project_of
 from spectral_core.explore.sweep.document import read_sweep
 from spectral_core.palette.texture import project as projects
-from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.files import write_spectra
 from tests.survival import other_rna, read_rna, settings_of, unheard
 
@@ -26,7 +26,7 @@ AFTER_A_TEXTURE = {
     "folder", "status", "failed", "progress", "texture_file", "report", "lost_1", "lost_2", "lamp_1", "lamp_2",
 }  # fmt: skip
 """Where the design is written, what came of it, and the lamps that get its lights afterwards."""
-AFTER_A_RECIPE = {"text", "met", "spectrum"}
+AFTER_A_RECIPE = {"text", "met", "spectrum", "found_kind"}
 OUTSIDE_THE_SWEEP = {
     "active": "the row that the list shows",
     "point": "the row of the table that is set in the scene",
@@ -110,8 +110,8 @@ def test_every_setting_of_a_recipe_is_heard(blender, asked, tmp_path):
     scene = blender.context.scene
     recipe = scene.spectral.recipe
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
-    write_spectra(tmp_path / "mine.csv", [illuminant(each) for each in ("D65", "A", "FL1", "D50")])
-    write_spectra(tmp_path / "others.csv", [illuminant(each) for each in ("D55", "A", "FL1", "D50")])
+    write_spectra(tmp_path / "mine.csv", [reflectance(each) for each in ("red", "green", "blue", "foliage")])
+    write_spectra(tmp_path / "others.csv", [reflectance(each) for each in ("orange", "green", "blue", "foliage")])
 
     def made() -> Any:
         asked.clear()

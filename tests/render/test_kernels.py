@@ -146,3 +146,27 @@ def test_a_rendered_scene_is_let_go():
     for number in (2, 3):
         render_scene(_scene_of(number))
     assert next_number() == before
+
+
+def test_which_closure_a_material_has_is_a_number():
+    """A roughness that crosses the limit of mirrors, and back, in the order of materials: the kernel stays."""
+    import drjit
+
+    def frame(roughnesses):
+        scene = lit_plane(PointLight(name="lamp", world_from_light=matrix((0, 0, 3))), film=Film(8, 8, samples=1))
+        mesh = scene.meshes[0].name
+        materials = tuple(Material(f"m{k}", Glossy(roughness=value)) for k, value in enumerate(roughnesses))
+        placed = tuple(
+            replace(scene.instances[0], name=f"o{k}", mesh=mesh, materials=(f"m{k}",)) for k in range(len(materials))
+        )
+        return render_scene(replace(scene, materials=materials, instances=placed)).pixels
+
+    frame([0.2, 0.01, 0.3])
+    with drjit.scoped_set_flag(drjit.JitFlag.KernelHistory, True):
+        drjit.kernel_history_clear()
+        for roughnesses in ([0.01, 0.2, 0.3], [0.01, 0.02, 0.3], [0.4, 0.02, 0.01]):
+            assert np.isfinite(frame(roughnesses)).all()
+        history = drjit.kernel_history()
+    traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
+    assert len(traced) >= 3
+    assert all(kernel["cache_hit"] for kernel in traced)

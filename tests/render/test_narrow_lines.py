@@ -18,7 +18,7 @@ from spectral_core.spectra.color import xyz_from_linear_rgb
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 from tests.render.scenes import lit_plane, matrix
-from tests.test_exact_integration import exact_xyz, lines
+from tests.spectra.test_exact_integration import exact_xyz, lines
 
 SUN = SunLight(name="sun", world_from_light=matrix((0, 0, 3)), irradiance=np.pi, angle_rad=0.0)
 

@@ -17,6 +17,16 @@ def attribute_name(name: str) -> str:
     return "vertex_" + name.encode().hex()
 
 
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Inverse of an affine (4, 4) matrix. LAPACK starts threads for it, which takes 16 ms on a busy machine."""
+    first, second, third = matrix[:3, :3]
+    columns = [np.cross(second, third), np.cross(third, first), np.cross(first, second)]
+    result = np.eye(4)
+    result[:3, :3] = np.stack(columns, axis=1) / np.dot(first, columns[0])
+    result[:3, 3] = -(result[:3, :3] @ matrix[:3, 3])
+    return result
+
+
 @dataclass
 class SceneTables:
     """What programs read about placed objects and the camera; filled while a scene is loaded.
@@ -46,7 +56,7 @@ class SceneTables:
         """Remember where a shape, or an instance of shapes, stands."""
         number = int(self.dr.reinterpret_array(self.mi.UInt32, self.mi.ShapePtr(shape))[0])
         matrix = np.asarray(instance.world_from_object, dtype=np.float64)
-        inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else np.linalg.inv(matrix)
+        inverse = np.linalg.pinv(matrix) if np.linalg.matrix_rank(matrix) < 4 else _inverse(matrix)
         parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
         row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])

@@ -86,6 +86,11 @@ class Slot:
                 self.textures.append(source.texture)
         return self.places[build]
 
+    def knows(self, source: Source) -> bool:
+        """Whether the kernel can read a source here."""
+        build = build_of(source)
+        return self.has_numbers if build is None else build in self.places
+
     def choose(self, interpreter: Interpreter) -> None:
         """Leave the programs to the interpreter where they are many."""
         if len(self.programs) > MOST_PROGRAMS and self.first_program is None:

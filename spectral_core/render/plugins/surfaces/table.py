@@ -65,11 +65,7 @@ class SurfaceTables:
         for leaf in leaves:
             kind = self._kind_of(leaf.lobe)
             self._enter_sources(leaf)
-            row = len(self._numbers)
-            self._grow(self.kinds[kind].width + FACTOR * len(leaf.factors))
-            entry = _Entry(leaf, kind, row, row + self.kinds[kind].width)
-            self._entries.append(entry)
-            self._write(entry, is_there=False)
+            self._entries.append(_Entry(leaf, kind, 0, 0))
 
     def _kind_of(self, lobe: Lobe) -> int:
         build = lobe.build()
@@ -84,9 +80,20 @@ class SurfaceTables:
         for slot, source in (*kind.pairs(leaf.lobe), *((self.factor, source) for source, _ in leaf.factors)):
             slot.enter(source, self.buffers.scene)
 
-    def _grow(self, count: int) -> None:
-        self._numbers += [0.0] * count
-        self._codes += [0] * count
+    def _lay_out(self) -> None:
+        """Give each leaf a row with room for any kind. The order of kinds is that of their builds: the same kinds make
+        the same kernel, whichever material comes first.
+        """
+        order = sorted(range(len(self.kinds)), key=lambda k: repr(self.kinds[k].build))
+        self.kinds = [self.kinds[k] for k in order]
+        width = max(kind.width for kind in self.kinds)
+        row = 0
+        for entry in self._entries:
+            entry.kind, entry.row, entry.factor = order.index(entry.kind), row, row + width
+            row += width + FACTOR * len(entry.leaf.factors)
+        self._numbers, self._codes = [0.0] * row, [0] * row
+        for entry in self._entries:
+            self._write(entry, is_there=False)
 
     def _write(self, entry: _Entry, *, is_there: bool) -> None:
         """Numbers of a leaf; ``is_there``: one of equal build stood there, whose programs' places it takes."""
@@ -146,6 +153,8 @@ class SurfaceTables:
         if not self.kinds:  # nothing is to be hit, yet kernels are traced
             self.add("", [Leaf(Lobe("clear", {}), 1.0)])
         entries, buffers = self._entries, self.buffers
+        if self.leaf_kind is None:
+            self._lay_out()
         for slot in (self.factor, *(slot for kind in self.kinds for slot in kind.slots)):
             slot.choose(buffers.interpreter)
         self._put(buffers.interpreter, "code", buffers.interpreter.code_values)
@@ -190,30 +199,37 @@ class SurfaceTables:
         """
         first, count = self._materials[name]
         entries = self._entries[first : first + count]
-        if len(leaves) != count or not self._are_of_kinds(entries, leaves) or not self._reads(entries, leaves, carry):
+        kinds = [kind for kind in map(self._known_kind, leaves) if kind is not None]
+        if len(leaves) != count or len(kinds) != count:
             return False
-        for entry, leaf in zip(entries, leaves, strict=True):
-            entry.leaf = leaf
-            self._write(entry, is_there=True)
+        if any(len(a.leaf.factors) != len(b.factors) for a, b in zip(entries, leaves, strict=True)):
+            return False
+        same = [(a, b) for a, b, kind in zip(entries, leaves, kinds, strict=True) if a.kind == kind]
+        if not self._reads([entry for entry, _ in same], [leaf for _, leaf in same], carry):
+            return False
+        for entry, leaf, kind in zip(entries, leaves, kinds, strict=True):
+            if entry.kind != kind and not all(slot.knows(source) for slot, source in self._sources(kind, leaf)):
+                return False
+            is_there, entry.leaf, entry.kind = entry.kind == kind, leaf, kind
+            self._write(entry, is_there=is_there)
         self.seal()
         return True
 
-    def _are_of_kinds(self, entries: Sequence[_Entry], leaves: Sequence[Leaf]) -> bool:
-        return all(
-            self.kinds[entry.kind].build == leaf.lobe.build() and len(entry.leaf.factors) == len(leaf.factors)
-            for entry, leaf in zip(entries, leaves, strict=True)
-        )
+    def _known_kind(self, leaf: Leaf) -> int | None:
+        """Number of the kind of a leaf; None where the kernel has no such closure."""
+        build = leaf.lobe.build()
+        return next((number for number, kind in enumerate(self.kinds) if kind.build == build), None)
 
-    def _sources(self, kind: ClosureKind, leaf: Leaf) -> Iterator[tuple[Slot, Source]]:
-        yield from kind.pairs(leaf.lobe)
+    def _sources(self, kind: int, leaf: Leaf) -> Iterator[tuple[Slot, Source]]:
+        yield from self.kinds[kind].pairs(leaf.lobe)
         yield from ((self.factor, source) for source, _ in leaf.factors)
 
     def _reads(self, entries: Sequence[_Entry], leaves: Sequence[Leaf], carry: Callable[[Any, Any], bool]) -> bool:
         """Let readers of programs and textures read the contents that new leaves have."""
         changed: dict[tuple[int, Any], tuple[Slot, Source, list[Source]]] = {}
         for entry, leaf in zip(entries, leaves, strict=True):
-            kind = self.kinds[entry.kind]
-            for (slot, old), (_, new) in zip(self._sources(kind, entry.leaf), self._sources(kind, leaf), strict=True):
+            pairs = zip(self._sources(entry.kind, entry.leaf), self._sources(entry.kind, leaf), strict=True)
+            for (slot, old), (_, new) in pairs:
                 if (build_of(old) is None) != (build_of(new) is None):
                     return False
                 if build_of(new) != build_of(old):
@@ -226,7 +242,7 @@ class SurfaceTables:
         uses = sum(
             of is slot and build_of(source) == build
             for entry in self._entries
-            for of, source in self._sources(self.kinds[entry.kind], entry.leaf)
+            for of, source in self._sources(entry.kind, entry.leaf)
         )
         if uses != len(new) or any(build_of(each) != wanted for each in new):
             return False
