@@ -23,16 +23,18 @@ from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from tests.render.scenes import lit_plane, looking_down, matrix
 
 LAMP = AreaLight(name="lamp", world_from_light=matrix((0.4, 0, 1.0)), power_w=15, size=(1.0, 1.0))
+SKY = np.full((8, 16, 3), 0.05, np.float32)
+SKY[5:7, 3:6] = 3.0
 
 
 def noisy(**settings):
-    """A floor under a near soft lamp and the picture of a sky, which is asked for light as the lamp is."""
+    """A floor under a near soft lamp and a sky with a bright spot."""
     scene = lit_plane(
         LAMP,
         surface=Diffuse(Color([0.6, 0.5, 0.4])),
         film=Film(48, 32, samples=16, filter_kind="box", filter_width=1.0),
         camera=looking_down(2.0, 0.9),
-        world=World(ImageTexture("sky", np.full((4, 8, 3), 0.2, np.float32), "linear")),
+        world=World(ImageTexture("sky", SKY, "linear")),
     )
     return replace(scene, settings=RenderSettings(transport="rgb", max_bounces=2, **settings))
 
