@@ -44,6 +44,13 @@ def groups(registered):
     return [cls.bl_rna for module in interface.modules_of("properties") for cls in module.CLASSES]
 
 
+def ticks_of_passes():
+    """Blender's own ticks, and Cycles', that the panels of passes show."""
+    import bpy
+
+    return [bpy.types.ViewLayer.bl_rna, type(bpy.context.view_layer.cycles).bl_rna]
+
+
 @cache
 def text_of_tests() -> str:
     files = [file for folder in TESTS.parent.glob("blender*") for file in folder.glob("test_*.py")]
@@ -57,7 +64,7 @@ def test_the_panels_were_read():
 
 @pytest.mark.parametrize("name", SHOWN_PROPERTIES)
 def test_property_exists_has_a_label_and_is_driven(groups, name):
-    found = [rna.properties[name] for rna in groups if name in rna.properties]
+    found = [rna.properties[name] for rna in (*groups, *ticks_of_passes()) if name in rna.properties]
     assert found, f"no property group has {name!r}"
     assert all(prop.name for prop in found)
     assert re.search(rf"\b{name}\b", text_of_tests()), f"no test drives {name!r}"

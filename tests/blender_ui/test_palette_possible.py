@@ -58,6 +58,10 @@ def test_an_answer_follows_on_a_thread(blender, palette, monkeypatch) -> None:
     monkeypatch.setattr(possible, "bpy", SimpleNamespace(app=SimpleNamespace(background=False, timers=Timers()),
                                                          data=blender.data))  # fmt: skip
     monkeypatch.setattr(possible, "redraw", lambda *_: None)
+    palette.possible_follows = False
+    possible.follow(scene)
+    assert possible._collect() is None  # nothing was asked
+    palette.possible_follows = True
     possible.follow(scene)
     end = time.monotonic() + 60
     while possible._collect() is not None and time.monotonic() < end:

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each tick of the panels of passes asks for its pass."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("bpy")
+
+TICKS = {
+    "use_pass_emit": {"Emission"},
+    "use_pass_environment": {"Environment"},
+    "denoising_store_passes": {"Denoising Normal", "Denoising Albedo", "Denoising Depth"},
+    "pass_debug_sample_count": {"Debug Sample Count"},
+    "use_pass_volume_direct": {"Volume Direct"},
+    "use_pass_volume_indirect": {"Volume Indirect"},
+}
+
+
+def asked(bpy):
+    from blender_addon.translate.passes import passes_of
+
+    return passes_of(bpy.context.scene, bpy.context.view_layer)
+
+
+@pytest.mark.parametrize("tick", TICKS)
+def test_a_tick_asks_for_its_pass(blender, tick) -> None:
+    layer = blender.context.view_layer
+    for owner in (layer, layer.cycles):
+        for each in TICKS:
+            if hasattr(owner, each):
+                setattr(owner, each, False)
+    before = asked(blender)
+    names = set() if before is None else set(before.names)
+    setattr(layer if hasattr(layer, tick) else layer.cycles, tick, True)
+    assert set(asked(blender).names) - names == TICKS[tick]
+
+
+def test_the_threshold_of_alpha_goes_along(blender) -> None:
+    layer = blender.context.view_layer
+    layer.use_pass_z, layer.pass_alpha_threshold = True, 0.25
+    assert asked(blender).alpha_threshold == 0.25
