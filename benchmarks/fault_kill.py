@@ -127,6 +127,7 @@ def _fill(writer: Writer, references: dict[str, list[bytes]], folder: Path, shar
     process = os.fork()
     if process == 0:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        sys.dont_write_bytecode = True
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
         os._exit(_attempt(writer, path))
     return _judged(writer, references, path, os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]))
@@ -189,7 +190,9 @@ def _full_command() -> str:
             "--out",
             f"{folder}/out",
         ]
-        done = subprocess.run(line, capture_output=True, text=True, preexec_fn=_small_files)
+        # Python 3.11 itself would keep a module's bytecode cut off at the limit, and fail to import it ever after.
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+        done = subprocess.run(line, capture_output=True, text=True, env=environment, preexec_fn=_small_files)
     lines = done.stderr.strip().splitlines()
     return "" if done.returncode == 1 and len(lines) == 1 else f"status {done.returncode}: {lines[-3:]}"
 

@@ -127,19 +127,21 @@ def whats_wrong() -> str:
         return ""
     if UNFINISHED.exists():
         return "its set-up was interrupted"
-    code = "import sys, pip; print(sys.version); print(sys.prefix)"
+    # pip last: the Python of a bare system has none, and whose Python it is says more than that.
+    code = "import sys; print(sys.version); print(sys.prefix, flush=True); import pip"
     try:
         done = subprocess.run([str(PYTHON), "-I", "-c", code], capture_output=True, text=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"its Python does not start ({error})"
-    if done.returncode:
-        return f"its Python or pip is broken ({(done.stderr.strip() or 'no message').splitlines()[-1]})"
+    broken = f"its Python or pip is broken ({(done.stderr.strip() or 'no message').splitlines()[-1]})"
+    if done.returncode and len(done.stdout.splitlines()) < 2:
+        return broken
     *version, prefix = done.stdout.strip().splitlines()
     if " ".join(version).split()[0] != sys.version.split()[0]:
         return f"it is of Python {' '.join(version).split()[0]}, this is {sys.version.split()[0]}"
     if Path(prefix).resolve() != VENV.resolve():
         return f"it belongs to {prefix}"
-    return ""
+    return broken if done.returncode else ""
 
 
 def packages() -> None:
