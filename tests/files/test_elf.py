@@ -19,7 +19,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 SHARED = """
 #include <stdlib.h>
-void exr_get_library_version(int *major, int *minor, int *patch, const char **extra) {*major = 3; *minor = 1; *patch = 13;}
+void exr_get_library_version(int *major, int *minor, int *patch, const char **extra) {
+    *major = 3; *minor = 1; *patch = 13;
+}
 int exr_start_read() { abort(); }
 int exr_start_write() { abort(); }
 """
