@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closures as rows of the scene's one BSDF, and what a surface emits.
+"""Closures as rows of the scene's one BSDF.
 
 A tree of mixes and sums is a list of closures with weights, as in Cycles; each closure becomes one leaf.
 """
@@ -46,7 +46,7 @@ from spectral_core.spectra.spectrum import Spectrum
 __all__ = ["emission", "is_dark", "leaves_of"]
 
 MIRROR_ROUGHNESS = 0.03
-"""Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
+"""Roughness from which Cycles treats a surface as rough; below it, it is a perfect mirror (alpha² under 5e-7)."""
 
 
 def leaves_of(context: Context, surface: Surface | None, subject: str) -> list[Leaf]:
@@ -68,7 +68,7 @@ def _leaf(context: Context, weight: Weight, lobe: Lobe, subject: str) -> Leaf:
 
 
 def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
-    """The weighted lobes of one closure, bent where it has a normal of its own."""
+    """The weighted lobes of one closure, with its normal if it has one."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
@@ -131,7 +131,7 @@ def _diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
 def _subsurface(
     context: Context, color: Paint, medium: tuple[tuple[float, float, float], Scalar, float], subject: str
 ) -> Lobe | None:
-    """Light below the surface (radius, scale, anisotropy); None, with a note, where no path walks there."""
+    """Subsurface scattering (radius, scale, anisotropy); None, with a note, if the integrator does not support it."""
     if not context.walks_below:
         context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
         return None
@@ -151,7 +151,7 @@ def _is_smooth(roughness: Scalar) -> bool:
 
 
 def _direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: Any, subject: str) -> dict[str, Any]:
-    """What makes a lobe anisotropic, nothing where it is not."""
+    """Inputs of an anisotropic lobe; none for an isotropic one."""
     if anisotropy == 0 or tangent is None:
         return {}
     return {
@@ -197,7 +197,7 @@ def _glass(
     *,
     halves: bool = False,
 ) -> Lobe:
-    """``colors``: what is reflected, and what passes."""
+    """``colors``: of the reflection, and of the transmission."""
     roughness = closure.roughness
     smooth = _is_smooth(roughness)
     disperses = isinstance(ior, Spectrum) and context.spectral
@@ -229,10 +229,10 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
     ior = _specular_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
-        # light passes two surfaces on its way through a body, so each takes half of the color
+        # light passes two surfaces on its way through a body, so each applies half of the color
         glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
         yield through, _glass(context, (Tint(np.ones(3)), base), closure, glass_ior, subject, halves=True)
-    # metal keeps its full share; transmission takes its share from what is not metal
+    # metal keeps its full share; transmission replaces a share of the rest
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
         "base_color": base,
@@ -285,7 +285,7 @@ def _is_white(color: Any) -> bool:
 
 
 def _specular_ior(closure: Principled) -> float:
-    """Index of refraction that gives the specular level its reflectance: F0 times twice the level (Blender 4)."""
+    """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
     ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
     if closure.specular_level == 0.5:
         return float(ior)
