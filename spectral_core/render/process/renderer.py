@@ -81,9 +81,7 @@ class RenderProcess:
                 raise
 
     def plan(self, scene: Scene, tolerance: float | None = None) -> EffectPlan:
-        """``plan_effects`` with its pilot, in the process. Raises the same errors, and RenderError if the process
-        crashed.
-        """
+        """``plan_effects`` with its pilot, in the process. Raises the same errors, and RenderError after a crash."""
         plan_from_data(scene, tolerance)
         plan: EffectPlan = self.call("plan", scene, tolerance)
         return plan
