@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two gears of the engine that go from one set of active bounds to the next.
+"""Two methods of the engine that change the set of active bounds step by step.
 
-*Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold whatever
-left its bounds and release whatever pulls inwards, all at once. After a small edit two or three steps settle it, but it
-may cycle.
+*Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold every
+unknown that left its bounds and release every one whose multiplier points inward, all at once. After a small edit two
+or three steps settle it, but it may cycle.
 
 *Parametric walk* (Best 1996; Ferreau, Bock and Diehl 2008): the last optimum is the optimum of a problem with another
-linear term. Move that term to the new one on a straight line; the solution follows piecewise linearly, and one bound
-changes at each bend. The walk cannot cycle where no two bounds change at once.
+linear term. That term is moved to the new one on a straight line; the solution follows piecewise linearly, and one
+bound changes at each breakpoint. The walk cannot cycle unless two bounds change at once.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FINE_SLACK = 1e-15
-"""What counts as rounding of a gradient that was refined; ``SLACK`` otherwise."""
+"""Rounding error of a refined gradient; ``SLACK`` otherwise."""
 WALK_STEPS = 400
-"""Bends of the walk before it gives up; some tens are usual."""
+"""Most breakpoints of the walk; some tens are usual."""
 
 
 class ActiveSet(HeldBounds):
-    """Finds which bounds are active: ``settle``, the first gear, and ``walk``, the second."""
+    """Finds the active bounds: ``settle``, the first method, and ``walk``, the second."""
 
-    # -- first gear ------------------------------------------------------------------------------------------------
+    # -- first method ----------------------------------------------------------------------------------------------
 
     def settle(self, most: int = 4, *, fine: bool = False) -> bool:
-        """Primal-dual active-set steps; whether they arrived at an optimum. ``fine``: with refined solutions."""
+        """Primal-dual active-set steps; True if they reached an optimum. ``fine``: with refined solutions."""
         slack = (FINE_SLACK if fine else SLACK) * self._scale()
         for _ in range(most):
             self.steps += 1
@@ -51,10 +51,10 @@ class ActiveSet(HeldBounds):
             self._toggle(wrong)
         return False
 
-    # -- second gear -----------------------------------------------------------------------------------------------
+    # -- second method ---------------------------------------------------------------------------------------------
 
     def walk(self, begin: Array, free: Mask) -> bool:
-        """The parametric walk from an optimum of a like problem; whether it arrived.
+        """The parametric walk from an optimum of a similar problem; True if it reached the end.
 
         Parameters
         ----------
@@ -68,7 +68,7 @@ class ActiveSet(HeldBounds):
         x = self.x
         gradient = self._gradient_at(x)
         at_lower = x <= self.lower
-        # With these gradients ``begin`` is optimal; the difference to the true ones is what the walk takes away.
+        # With these gradients ``begin`` is optimal; the walk removes their difference from the true ones.
         gradient = np.where(self.free, 0.0, np.where(at_lower, np.maximum(gradient, 0.0), np.minimum(gradient, 0.0)))
         for _ in range(WALK_STEPS):
             self.steps += 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One designed spectrum of a side with what is asked of it, and all spectra of a side as arrays."""
+"""One designed spectrum of a side with its rows, and all spectra of a side as arrays."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 DIM = 1e-7
-"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
+"""Sum of absolute values of a color row below which its light is invisible, so that its error cannot be seen."""
 RowKey = tuple[int, tuple[int, int]]
-"""(condition, cell) from which three rows come."""
+"""(condition, cell) of three rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Block:
     ties: Array
     """τ, (m, q): how each row depends on the free colors."""
     weights: Array
-    """ω, (m,): squared weights; infinite where the row must hold exactly."""
+    """ω, (m,): squared weights; infinite for exact rows."""
     roughness: Array
     """D, (r, n)."""
     gram: Array
@@ -36,53 +36,53 @@ class Block:
     lower: Array
     upper: Array
     keys: tuple[RowKey, ...] = ()
-    """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
+    """Cell of each of the first rows, three rows to a cell; rows after them belong to no cell."""
     own_weights: Array | None = None
-    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
+    """(m,): squared weights of exact rows relative to each other if they cannot all hold; None: equal weights."""
 
     @cached_property
     def exact(self) -> NDArray[np.bool_]:
-        """Rows that must hold exactly, (m,)."""
+        """Exact rows, (m,)."""
         return np.isinf(self.weights)
 
     @cached_property
     def any_exact(self) -> bool:
-        """Whether any row must hold exactly."""
+        """True if any row is exact."""
         return bool(self.exact.any())
 
     @cached_property
     def soft_weights(self) -> Array:
-        """ω, (m,), with 0 for rows that must hold exactly."""
+        """ω, (m,), with 0 for exact rows."""
         return np.where(self.exact, 0.0, self.weights)
 
     @cached_property
     def scale(self) -> float:
-        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
+        """Reference size of the gradient by x: the gradient of an error of 1 in the color of the lightest cell.
 
-        Nothing heavy then hides an error of something light. Where roughness is less than that, it counts.
+        No heavy row then hides an error of a light one. Roughness is the reference if it is larger.
         """
         # A color error of 1 has the gradient ω·a; its largest component is the row's largest coefficient times ω.
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
         shown = (np.abs(self.rows).sum(axis=1) >= DIM) & (self.soft_weights > 0)
         if self.keys:
-            # Three rows are one color: the strongest of them says how well it shows.
+            # Three rows are one color: the largest of them measures its visibility.
             colored = 3 * len(self.keys)
             strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
             shown[colored:] = False
         lightest = float((self.soft_weights * strength)[shown].min(initial=np.inf))
-        # The gradient of roughness, where a block has no row that shows: a free spectrum under no light.
+        # The gradient of roughness, for a block without visible rows: a free spectrum under no light.
         curvature = float(np.diagonal(self.gram).max(initial=0.0))
         strongest = max(curvature, float((self.soft_weights @ self.rows**2).max(initial=0.0)))
         return min(strongest, lightest) or 1.0
 
     @cached_property
     def lightest_ties(self) -> Array:
-        """Least weight with which rows are tied to each free color, (q,); infinite where none is."""
+        """Least weight of the rows that are tied to each free color, (q,); infinite without such rows."""
         tied = (self.ties != 0) & (self.soft_weights > 0)[:, None]
         return np.where(tied, self.soft_weights[:, None], np.inf).min(axis=0, initial=np.inf)
 
     def misses(self, x: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (m,)."""
+        """Residual of each row, unweighted, (m,)."""
         return self.rows @ x - self.targets - self.ties @ colors
 
 
@@ -126,7 +126,7 @@ class Stack:
         return found
 
     def misses(self, values: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (K, m)."""
-        # One product over the stack: K small ones would cost more in Python than in arithmetic.
+        """Residual of each row, unweighted, (K, m)."""
+        # One product over the stack: K small ones would spend more time in Python than in arithmetic.
         left = np.matmul(self.rows, values[:, :, None])[:, :, 0] - self.targets
         return left - self.ties @ colors if colors.size else left

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A side with some unknowns held at their bounds: the solution, its gradient, and which bounds are then wrong.
+"""A side with some unknowns held at their bounds: the solution, its gradient, and the bounds that are then wrong.
 
-Each spectrum is eliminated into an affine function of the free colors (``arrow``), and eliminated again only when its
-own bounds or terms change. ``active_set`` chooses which bounds are held.
+Each spectrum is eliminated into an affine function of the free colors (``arrow``), and eliminated again only if its own
+bounds or terms change. ``active_set`` chooses the held bounds.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SLACK = 1e-12
-"""Distance past a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
+"""Distance beyond a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
 
 
 _NONE = np.zeros(0)
@@ -32,13 +32,13 @@ class HeldBounds:
         self.colors = problem.color_lower.size
         self.offsets = problem.offsets
         count = len(arrow.spectra)
-        # -1 for the free colors: they belong to no block, so that a change of theirs makes no block's factors stale.
+        # -1 for the free colors: they belong to no block, so a change of theirs invalidates no block's factors.
         self.block_of = np.repeat(np.arange(-1, count), np.diff([0, *self.offsets]))
         self.x = np.clip(np.zeros(problem.size), self.lower, self.upper)
         self.free = np.ones(problem.size, dtype=bool)
         self.stale = set(range(count))
         self._held_free, self._held = self.free.copy(), self.x.copy()
-        """Which unknowns were free, and the values of the others, when their block was last eliminated."""
+        """Unknowns that were free, and the values of the others, when their block was last eliminated."""
         # The elimination of a block is kept as an affine map of the free colors. Re-solving after a change elsewhere is
         # then one product.
         self._affine = np.zeros((2, problem.size, self.colors + 1))
@@ -54,14 +54,14 @@ class HeldBounds:
         self._high_limit = self.upper + SLACK * (1 + np.abs(self.upper))
         self._movable = self.lower < self.upper
         self.goal = self.x
-        """The last solution with bounds held, whether or not it kept them."""
+        """The last solution with bounds held, even if it violates other bounds."""
 
     def begin(self, x: Array, free: Mask) -> None:
-        """Take a start: values, and which unknowns are off their bounds."""
+        """Set a start: values, and the unknowns that are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
-        # What lies between its bounds is free, whatever is claimed: a held value must be a bound.
+        # Values between their bounds are free, whatever the start claims: a held value must be a bound.
         self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & (self.lower < self.upper)
-        # Factors of blocks whose bounds are held as they were then are still right.
+        # Factors of blocks with unchanged held bounds stay valid.
         moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
         self.stale.update(set(self.block_of[moved].tolist()) - {-1})
 
@@ -94,7 +94,7 @@ class HeldBounds:
             gradient += values @ spectrum.hessian
             gradient[0] += spectrum.linear
             gradient[1:] -= spectrum.ties
-            # By construction the gradient of a free unknown is 0; what stands there is rounding.
+            # The gradient of a free unknown is 0 by construction; its computed value is rounding.
             gradient *= ~free
             self._held_free[begin:end], self._held[begin:end] = free, self.x[begin:end]
             self._affine[0, begin:end] = values.T
@@ -122,13 +122,13 @@ class HeldBounds:
         values, gradient = self._affine @ full
         if colors:
             values[:colors] = found
-            # A held color has a multiplier too: the rest of its row of the Schur system.
+            # A held color has a multiplier too: the remainder of its row of the Schur system.
             gradient[:colors] = np.where(self.free[:colors], 0.0, system @ found - right)
         self.multipliers = [full @ each if each.size else _NONE for each in self._borders]
         return values, gradient
 
     def slope(self, colors: Array) -> Array:
-        """Gradient by the free colors, (q,), at some colors, with all spectra at what the present bounds make of them.
+        """Gradient by the free colors, (q,), at some colors, with all spectra at their solution for the present bounds.
 
         0 for colors that are held by their boxes.
         """
@@ -137,20 +137,20 @@ class HeldBounds:
         return np.where(self.free[: self.colors], self._schur_system() @ colors - right, 0.0)
 
     def unkept(self, colors: Array) -> list[int]:
-        """Take some free colors; the blocks whose present bounds are wrong at them."""
+        """Set some free colors; returns the blocks whose present bounds are wrong at them."""
         self.x[: self.colors] = colors
         self._refresh()
         values, gradient = self._affine @ np.concatenate([[1.0], colors])
         wrong, _, _ = self._wrong(values, gradient, SLACK * self._scale())
-        # The colors were given; only the spectra are asked.
+        # The colors were given; only the spectra are tested.
         wrong[: self.colors] = False
         return sorted(set(self.block_of[wrong].tolist()))
 
     def _wrong(self, values: Array, gradient: Array, slack: Array) -> tuple[Mask, Mask, Mask]:
-        """Unknowns on the wrong side of being free, and those of them below and above their bounds."""
+        """Unknowns whose state (free or held) is wrong, and those of them below and above their bounds."""
         below, above = self.free & (values < self._low_limit), self.free & (values > self._high_limit)
         at_lower = self.x <= self.lower
-        # A multiplier of the wrong sign: the objective falls when the unknown leaves its bound. Unknowns with equal
+        # A multiplier of the wrong sign: the objective decreases when the unknown leaves its bound. Unknowns with equal
         # bounds stay.
         inward = np.where(at_lower, gradient < -slack, gradient > slack) & ~self.free & self._movable
         return below | above | inward, below, above
@@ -160,24 +160,24 @@ class HeldBounds:
         return np.asarray(self.arrow.color_system[0] - self._schur[:, :, 1:].sum(axis=0))
 
     def _color_solve(self, system: Array, right: Array) -> Array:
-        """Solve for the colors that are off their boxes; 0 for the others."""
+        """Solve for the colors inside their boxes; 0 for the others."""
         free = self.free[: self.colors]
         found = np.zeros(self.colors)
         if free.any():
             inner = system.copy() if free.all() else system[free][:, free]
-            # A color that nothing pulls at has no curvature; the ridge leaves it where it was.
+            # A color without any force has no curvature; the ridge leaves it unchanged.
             own = np.diagonal(self.arrow.color_system[0])
             inner.flat[:: len(inner) + 1] += 1e-15 * max(float(np.abs(own).max()), 1e-300)
-            # Rounding leaves the sum of the blocks' parts slightly asymmetric, which Cholesky would hide and not
-            # repair.
+            # Rounding leaves the sum of the blocks' parts slightly asymmetric, which Cholesky would ignore, not
+            # correct.
             found[free] = symmetric_solve((inner + inner.T) / 2, right[free])
         return found
 
     def _refined(self, x: Array) -> tuple[Array, Array]:
-        """The same solution to the last digits: Newton steps on residuals that are computed row by row.
+        """The same solution to full accuracy: Newton steps on residuals that are computed row by row.
 
-        H squares the condition of the rows; a residual from the rows themselves does not, and the factors of H, wrong
-        in the last digits only, still bring it down (iterative refinement of the semi-normal equations, Björck 1987).
+        H squares the condition of the rows; a residual from the rows themselves does not, and the factors of H still
+        reduce it (iterative refinement of the semi-normal equations, Björck 1987).
         """
         problem, unit = self.arrow.problem, self.arrow.unit
         gradient = np.zeros(x.size)
@@ -194,15 +194,15 @@ class HeldBounds:
             for k, (spectrum, factors) in enumerate(zip(self.arrow.spectra, self._factors, strict=True)):
                 assert factors is not None
                 begin, end = self.offsets[k], self.offsets[k + 1]
-                # The residual of the border rows belongs to the same Newton system, or the multipliers would keep their
-                # rounding.
+                # The residual of the border rows belongs to the same Newton system; otherwise the multipliers would
+                # keep their rounding.
                 left = spectrum.border_target + spectrum.border_ties @ colors - spectrum.border @ values[k]
                 left += spectrum.compliance * self.multipliers[k]
                 step, multiplier = factors.solve(held[None, begin:end], left[None])
                 steps.append((step[0], multiplier[0]))
                 by_colors += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
-            # The blocks' steps are for fixed colors; the Schur system tells how the colors move, and they drag the
-            # blocks along.
+            # The blocks' steps are for fixed colors; the Schur system gives the step of the colors, which moves the
+            # blocks too.
             moved = self._color_solve(self._schur_system(), by_colors) if self.colors else np.zeros(0)
             full = np.concatenate([[0.0], moved])
             x = x + self._affine[0] @ full
@@ -214,7 +214,7 @@ class HeldBounds:
         return x, gradient
 
     def _scale(self) -> Array:
-        """Size of each unknown's gradient, for what counts as rounding."""
+        """Size of each unknown's gradient, the reference for rounding."""
         hessian, _ = self.arrow.color_system
         colors = np.maximum(np.abs(hessian.diagonal()), 1e-300)
         sizes = [spectrum.largest for spectrum in self.arrow.spectra]
@@ -225,7 +225,7 @@ class HeldBounds:
         self.stale.update(set(self.block_of[which].tolist()) - {-1})
 
     def _gradient_at(self, x: Array) -> Array:
-        """Gradient at any point, with the multipliers that the present bounds give."""
+        """Gradient at any point, with the multipliers of the present bounds."""
         self._refresh()
         colors = x[: self.colors]
         hessian, linear = self.arrow.color_system

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gear between active set and walk: Newton's method in the few free colors, daqp for each spectrum at them."""
+"""The method between active set and walk: Newton's method in the few free colors, daqp for each spectrum at them."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 DENSE_LIMIT = 200
-"""Samples of a spectrum from which piqp finds the active bounds sooner than dense factors do."""
+"""Samples of a spectrum from which piqp finds the active bounds faster than dense factors do."""
 REDUCED_STEPS = 12
-"""Newton steps in the free colors before the walk is asked; three to six are usual."""
+"""Newton steps in the free colors before the walk is used; three to six are usual."""
 OVERSHOT, HALVINGS = 0.5, 6
 """Slope at the end of a step, as a share of that at its beginning, from which the step is cut back; and how often."""
 QUICK_STEPS = 2
-"""Active-set steps after an edit of one spectrum, which daqp has brought to its optimum; more seldom arrive."""
+"""Active-set steps after an edit of one spectrum that daqp has already solved; more rarely succeed."""
 
 
 def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None, *, walk: bool) -> bool:
-    """The walk, with the changed spectra brought to their optimum at the old free colors first.
+    """The walk, after the changed spectra were solved at the old free colors.
 
-    Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there
-    is short: daqp takes the hundred bends of one spectrum in the time of a few steps.
+    Such a point is again the optimum of a problem with another linear term, by the colors, and the walk from there is
+    short: daqp passes the hundred breakpoints of one spectrum in the time of a few steps.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | Non
     begin, free = begin.copy(), free.copy()
     for k in range(len(arrow.spectra)) if changed is None else changed:
         at = slice(active.offsets[k], active.offsets[k + 1])
-        # daqp factors densely; past the limit the walk itself is the faster way to the bounds.
+        # daqp factors densely; beyond the limit the walk itself is faster.
         if at.stop - at.start < DENSE_LIMIT:
             colors = begin[: active.colors]
             found = lone_spectrum(arrow.spectra[k], active.lower[at], active.upper[at], colors, begin[at])
@@ -62,17 +62,17 @@ def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | Non
 
 
 def _reduced(active: ActiveSet) -> bool:
-    """Newton's method in the free colors alone, each spectrum being solved for; whether it arrived.
+    """Newton's method in the free colors alone, with each spectrum at its optimum; True if it converged.
 
-    The sum of squares with every spectrum at its best is a convex, piecewise quadratic function of the few free
+    The sum of squares with every spectrum at its optimum is a convex, piecewise quadratic function of the few free
     colors. A step solves the colors with the present bounds held; daqp then finds the bounds of those spectra that
-    do not keep theirs at the new colors. Where all keep theirs, that is the optimum. A step that goes so far that the
-    function rises steeply again is cut back to where its slope, by the secant, is 0.
+    violate theirs at the new colors. If none does, that is the optimum. If a step is so long that the function rises
+    steeply again, it is shortened to the zero of the slope, by the secant.
     """
     count = active.colors
     before, step, fall = np.zeros(count), np.zeros(count), 0.0
     for number in range(REDUCED_STEPS):
-        # What the last step toggled is stale: the spectra whose bounds changed at the colors that it found.
+        # The last step's changes are stale: the spectra whose bounds changed at the colors that it found.
         colors = np.clip(active.goal[:count], active.lower[:count], active.upper[:count])
         if not _solved_at(active, colors):
             return False
@@ -80,7 +80,7 @@ def _reduced(active: ActiveSet) -> bool:
         reach = 1.0
         for _ in range(HALVINGS if number else 0):
             rise = float(slope @ step)
-            # A step cut off by color boxes, or one of rounding alone, need not go down.
+            # A step limited by color boxes, or one of rounding alone, need not decrease the function.
             if fall >= 0 or rise <= OVERSHOT * -fall:
                 break
             # Secant for the zero of the slope between the ends of the step: the function is convex, so the zero lies
@@ -99,7 +99,7 @@ def _reduced(active: ActiveSet) -> bool:
 
 
 def _solved_at(active: ActiveSet, colors: Array) -> bool:
-    """Bring all spectra to their optimum at given free colors; whether that was possible."""
+    """Solve all spectra at given free colors; True if that was possible."""
     changing = active.unkept(colors)
     if not changing:
         return True
