@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What passes know of objects and materials, by the numbers of the shapes that rays hit."""
+"""Data on objects and materials for passes, by the numbers of the shapes that rays hit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 
 class Subjects:
-    """Tables by shape: rows of objects and of materials, and what each row stands for.
+    """Tables by shape: rows of objects and of materials, and the meaning of each row.
 
     ``names``: of objects, materials and assets, in the order of their rows, from 1; ``ids``: their ids by row.
     """
@@ -46,7 +46,7 @@ class Subjects:
         self.outputs = _outputs(context, scene, wanted)
         """By AOV: the material's row and three textures of numbers."""
         if any(self.outputs.values()):
-            context.tables.rebuild()  # what their programs read of objects
+            context.tables.rebuild()  # writes the data on objects that the programs of the AOVs read
 
     def _rows(self, shapes: list[tuple[Any, int]]) -> Any:
         import drjit as dr
@@ -71,7 +71,7 @@ class Subjects:
 
 
 def _firsts(names: list[str]) -> list[int]:
-    """Of each name the number, from 1, of the first that is equal."""
+    """For each name the number, from 1, of the first equal one."""
     first: dict[str, int] = {}
     return [first.setdefault(name, number) for number, name in enumerate(names, 1)]
 
@@ -90,7 +90,7 @@ def _outputs(context: Context, scene: Scene, wanted: Passes) -> dict[str, list[t
 
 
 def _numbers(context: Context, value: Any) -> list[Any] | None:
-    """Three textures of numbers: red, green, blue, or three times the same."""
+    """Three textures of numbers: red, green, blue, or the same one three times."""
     if isinstance(value, (int, float)):
         return [context.constant(float(value))] * 3
     if isinstance(value, (Color, Spectrum)):
