@@ -62,9 +62,11 @@ def _normals(points: NDArray[np.float32], triangles: NDArray[np.uint32]) -> NDAr
 
 def divided(mesh: Mesh, inside: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> tuple[Mesh, Mesh]:
     """The mesh without and with the part where ``inside`` of a point is positive, cut along its zero."""
-    height = inside(mesh.positions)
+    assert mesh.normals is not None, "only meshes with normals are cut"
+    height = inside(mesh.positions.astype(np.float64))
     points, normals = [mesh.positions], [mesh.normals]
-    rest, part = [], []
+    rest: list[NDArray[np.uint32]] = []
+    part: list[NDArray[np.uint32]] = []
     count = len(mesh.positions)
     for side, alone, others in ((height > 0, part, rest), (height <= 0, rest, part)):
         kept = side[mesh.triangles]
@@ -77,7 +79,6 @@ def divided(mesh: Mesh, inside: Callable[[NDArray[np.float64]], NDArray[np.float
         for end in (left, right):
             share = (height[tip] / (height[tip] - height[end]))[:, None].astype(np.float32)
             for values in (points, normals):
-                assert values[0] is not None, "only meshes with normals are cut"
                 values.append(values[0][tip] * (1 - share) + values[0][end] * share)
             edge.append(np.arange(count, count + len(tip), dtype=np.uint32))
             count += len(tip)
