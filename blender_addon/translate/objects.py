@@ -113,8 +113,8 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
             _collect_mesh(found, obj, instance)
     elif obj.type in ("CURVES", "POINTCLOUD"):
         if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
-            worn = [_translated(found, material) for material in _materials(obj)]
-            place_strands(found, obj, instance, worn, _random(obj, instance))
+            materials = [_translated(found, material) for material in _materials(obj)]
+            place_strands(found, obj, instance, materials, _random(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
             volume = translate_volume(translation, found.unique("volume", obj.name_full), obj, instance)

@@ -20,7 +20,6 @@ from spectral_core.render.passes.lobes import drawn_parts
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.numbers import channel_mean, table
-from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
@@ -122,12 +121,7 @@ class DataPasses(Accumulator):
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
         def body(origin: Any, length: Any, clear: Any, done: Any, layers: Any, walking: Any, *slots: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = first_hit.intersect(probe, walking)
-            si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
-            met = walking & si.is_valid()
-            unseen, hole = first_hit._rules_of(si, met)
+            si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
             seen = met & ~unseen & ~hole
             bsdf = first_hit.surface(si)
             passed = dr.select(seen, bsdf.eval_null_transmission(si, seen), 1.0)

@@ -29,8 +29,8 @@ class Subjects:
         materials = {material.name: row for row, material in enumerate(scene.materials, 1)}
         meshes = {mesh.name: mesh for mesh in scene.meshes}
         objects = [(shape, row) for row, item in enumerate(scene.instances, 1) for shape in placed[item.name]]
-        worn = [(shape, materials.get(name, 0)) for shape, name in context.material_of_shape]
-        self._objects, self._materials = self._rows(objects), self._rows(worn)
+        material_rows = [(shape, materials.get(name, 0)) for shape, name in context.material_of_shape]
+        self._objects, self._materials = self._rows(objects), self._rows(material_rows)
         self.names = {
             "CryptoObject": [item.shown_as or item.name for item in scene.instances],
             "CryptoMaterial": [material.name for material in scene.materials],
@@ -44,9 +44,9 @@ class Subjects:
         has_uv = [float(meshes[item.mesh].uvs is not None) for item in scene.instances]
         self.has_uv = table(mitsuba.Float, [0.0, *has_uv])
         self.outputs = _outputs(context, scene, wanted)
+        """By AOV: the material's row and three textures of numbers."""
         if any(self.outputs.values()):
             context.tables.rebuild()  # writes the data on objects that the programs of the AOVs read
-        """By AOV: the material's row and three textures of numbers."""
 
     def _rows(self, shapes: list[tuple[Any, int]]) -> Any:
         import drjit as dr

@@ -79,12 +79,7 @@ class FirstHit:
         fills = None if self.rules is None else self.rules.media
 
         def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = self.intersect(probe, walking)
-            si.dn_dv = camera_marks(mi)
-            met = walking & si.is_valid()
-            unseen, is_hole = self._rules_of(si, met)
+            si, met, unseen, is_hole = self.meet(ray, origin, length, walking)
             clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             hole = dr.select(is_hole, passed, hole)
             if self.rules is not None and self.rules.has_holdout_surfaces:
@@ -121,6 +116,19 @@ class FirstHit:
         """The nearest hit of a ray."""
         assert self.rules is not None, "scenes that are not ours have no tables of ours"
         return self.rules.intersect(self.scene, ray, active)
+
+    def meet(self, ray: Any, origin: Any, length: Any, walking: Any) -> tuple[Any, Any, Any, Any]:
+        """What a camera ray meets next, from ``origin`` and no farther than ``length``.
+
+        Returns the hit, whether it is one, whether the camera passes it unseen, and whether it is a holdout.
+        """
+        mi = self.mitsuba
+        probe = mi.Ray3f(ray)
+        probe.o, probe.maxt = origin, length
+        si = self.intersect(probe, walking)
+        si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
+        met = walking & si.is_valid()
+        return si, met, *self._rules_of(si, met)
 
     def surface(self, si: Any) -> Any:
         """The BSDF of the surface at a hit."""

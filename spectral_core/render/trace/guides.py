@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.denoise import Guides
-from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.path_sampler import path_sampler_class
@@ -72,12 +71,7 @@ class GuidePass(Accumulator):
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
 
         def body(origin: Any, length: Any, albedo: Any, normal: Any, layers: Any, walking: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = first_hit.intersect(probe, walking)
-            si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
-            met = walking & si.is_valid()
-            unseen, hole = first_hit._rules_of(si, met)
+            si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
             seen = met & ~unseen & ~hole
             bs, weight = first_hit.surface(si).sample(mi.BSDFContext(), si, pick, direction, seen)
             straight = unseen | (seen & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
