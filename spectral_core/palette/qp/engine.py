@@ -187,8 +187,7 @@ class Engine:
                 best = answer
             if best.check.passed:
                 return best
-        # All methods failed. Either the exact rows conflict, or the problem is only ill-conditioned; this decides
-        # which.
+        # All methods failed: either the exact rows conflict, or the problem is ill-conditioned; this decides which.
         if problem.has_equalities and nearest_miss(problem) > REACHED:
             return self._elastic(problem)
         return best if best.values else _nothing(problem)
