@@ -134,7 +134,7 @@ def all_lattices(dimensions: int, rate: int) -> tuple[Lattice, ...]:
 
 
 def embedding(lattice_class: LatticeClass) -> NDArray[np.float64]:
-    """Rows Re and Im of a left eigenvector of K per root, first component 1, (n, n): G with S = I, not normalised."""
+    """Rows Re and Im of a left eigenvector of K per root, first component 1, (n, n): G with S = I, not normalized."""
     vectors = left_eigenvectors(lattice_class)
     rows: list[NDArray[np.float64]] = []
     for vector, size in zip(vectors, lattice_class.polynomial.block_sizes, strict=True):

@@ -26,7 +26,7 @@ Curve = tuple[np.ndarray, np.ndarray]
 def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) -> TransferDocument:
     """The transfer function that a Volume carries. Raises InvalidInputError where it has no material.
 
-    ``rgb_from_working``: (3, 3) from Blender's scene-linear colours to linear sRGB, the file's own by default.
+    ``rgb_from_working``: (3, 3) from Blender's scene-linear colors to linear sRGB, the file's own by default.
     """
     settings = volume.spectral
     if not len(settings.materials):

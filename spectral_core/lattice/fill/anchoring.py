@@ -217,7 +217,7 @@ def _enclosing_ellipsoid(rows: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def _optimal_weights(rows: Matrix) -> Matrix:
-    """Weights λ of rows that maximise det Σ λ row rowᵀ, Σ λ = 1 (Titterington's multiplicative steps, 300 of them)."""
+    """Weights λ of rows that maximize det Σ λ row rowᵀ, Σ λ = 1 (Titterington's multiplicative steps, 300 of them)."""
     n = rows.shape[1]
     weights = np.full(len(rows), 1.0 / len(rows))
     for _ in range(300):

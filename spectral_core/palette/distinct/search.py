@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colors as different as possible: "distinct" cells, by a sequence of convex programmes (section 5.5.1).
+"""Colors as different as possible: "distinct" cells, by a sequence of convex programs (section 5.5.1).
 
 The least ΔE2000 over pairs of cells is maximized under all requests of the other cells: exact metamers, bounds,
 smoothness, and the display's gamut. Distances are not concave, so each step linearizes ΔE2000 of every pair around the

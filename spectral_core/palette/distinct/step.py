@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One convex step of the search for distinct colors: a quadratic programme, by piqp or stated in cvxpy."""
+"""One convex step of the search for distinct colors: a quadratic program, by piqp or stated in cvxpy."""
 
 from __future__ import annotations
 

@@ -101,10 +101,10 @@ class _Design:
         self.dyes = [tuple(dyes.get(i, ())) for i in range(len(problem.reflectances))]
         self.lights: list[Spectrum] = [light.spectrum for light in problem.lights]
         self._engines = {"reflectances": Engine(), "lights": Engine()}
-        grey = np.full(problem.grid.size, 0.5)
+        gray = np.full(problem.grid.size, 0.5)
         self.surfaces = [
             FluorescentSurface(
-                item.name, item.spectrum or Spectrum(item.name, problem.grid, grey), own, np.zeros(len(own))
+                item.name, item.spectrum or Spectrum(item.name, problem.grid, gray), own, np.zeros(len(own))
             )
             for item, own in zip(problem.reflectances, self.dyes, strict=True)
         ]
