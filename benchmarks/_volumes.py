@@ -26,7 +26,7 @@ OWN = (("gaussians", 64), ("marschner-lobb", 64), ("shells", 128), ("engine", 12
 
 
 def shared_data() -> Path | None:
-    """Folder of real volumes: SPECTRAL_SHARED_DATA, or shared/data beside the repository; None where absent."""
+    """Folder of real volumes: SPECTRAL_SHARED_DATA, or shared/data beside the repository; None if absent."""
     root = Path(__file__).resolve().parents[1]
     places = [
         os.environ.get("SPECTRAL_SHARED_DATA"),

@@ -14,7 +14,7 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from ..editing.board.paths import full_path
 
 Execute = Callable[[Any, Context], set[str] | None]
-"""``execute`` of an operator; None where it finished."""
+"""``execute`` of an operator; None if it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
 
 

@@ -65,7 +65,7 @@ class Collected:
 
 
 def everything(_instance: Any) -> bool:
-    """Whether an instance takes part where nothing more is asked."""
+    """True if an instance takes part where nothing more is asked."""
     return True
 
 
@@ -281,7 +281,7 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
 
 
 def _makers(obj: Any, instance: Any) -> frozenset[int]:
-    """Session numbers of what a mesh is made from; none where it is made anew by geometry nodes or the like."""
+    """Session numbers of what a mesh is made from; none if it is made anew by geometry nodes or the like."""
     source = obj.original
     data = getattr(source, "data", None)
     blocks = [source, data, instance.parent.original if instance.parent else None]

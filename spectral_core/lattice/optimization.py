@@ -33,9 +33,9 @@ class Search:
     """Packing radius, normalized second moment or covering radius of ``lattice``, by the search's own estimate."""
     starts: int
     hits: int
-    """How many starts ended at ``value`` (relative 1e-6); one hit of many says: search longer."""
+    """Number of starts that ended at ``value`` (relative 1e-6); with one hit of many, search longer."""
     residual: float
-    """Optimality: largest change of log w that the last step still wanted (0 at an exact vertex)."""
+    """Optimality: largest change of log w in the last step (0 at an exact vertex)."""
 
 
 class _Weights:
@@ -101,7 +101,7 @@ def _walk_to_vertex(problem: _Weights, weights: Vector, pool: Vector) -> tuple[V
             raise SolveError(f"linear program of the packing search failed: {answer.message}")
         candidate = _polished(pool, answer.x)
         if candidate.max() > np.exp(2.0 * MAX_LOG_SCALE) * candidate.min():
-            return weights, pool  # the walk leaves the range of scales; units lead back, another start does too
+            return weights, pool  # the walk leaves the range of scales; another start does not
         shortest, cuts = _short_rows(problem, candidate)
         if shortest < 1.0 - 1e-9:
             pool = _merged(pool, cuts)

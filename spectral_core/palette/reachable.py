@@ -54,7 +54,7 @@ class CellReach:
     light : the light asked about.
     grid : knots of the reflectance, n.
     exact : pairs of another light and the linear sRGB (3,) that the material has there exactly.
-    scale : luminance of a perfect white under every light; None where the lights are as bright as they are given.
+    scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
 
     Raises
     ------

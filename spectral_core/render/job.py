@@ -85,7 +85,7 @@ class TracedScene:
 
 
 class RenderJob:
-    """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
+    """One scene under one plan. Raises RenderError if Mitsuba cannot load it."""
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan

@@ -25,7 +25,7 @@ DEFAULT_RADIUS = 0.01
 
 
 def curves_mesh(name: str, curves: Any) -> Mesh | None:
-    """Tubes of a ``bpy.types.Curves``, in the object's space; None where it has none."""
+    """Tubes of a ``bpy.types.Curves``, in the object's space; None if it has none."""
     count = len(curves.points)
     if count == 0:
         return None
@@ -38,7 +38,7 @@ def curves_mesh(name: str, curves: Any) -> Mesh | None:
 
 
 def particle_mesh(name: str, obj: Any, system: Any, *, is_render: bool) -> Mesh | None:
-    """Tubes of a hair system of an evaluated object, in world space; None where it grows none.
+    """Tubes of a hair system of an evaluated object, in world space; None if it grows none.
 
     ``is_render``: whether it was evaluated for a render, which has steps of its own.
     """

@@ -84,7 +84,7 @@ def _nested_cells(axis: Any, lattice: Lattice, extent: float = 3.2) -> None:
 
 
 def _spiral(plt: Any, rate: int) -> Any:
-    """Fig. 3.1: fractional dilations spiral every point to the point of the coarser level that it becomes."""
+    """Fig. 3.1: fractional dilations move every point along a spiral to its point of the coarser level."""
     lattice = distinct_planar_lattices(rate)[1]
     figure, axis = plt.subplots(figsize=(5.2, 5.4), constrained_layout=True)
     sites = _sites_within(lattice.generator, 3.5)
@@ -147,7 +147,7 @@ def _radii(plt: Any, rate: int) -> Any:
 
 
 def _levels(plt: Any, rate: int) -> Any:
-    """A sweep of the unit square level by level: new points in color, older ones stay where they are."""
+    """A sweep of the unit square level by level: new points in color, older ones unchanged."""
     points = progressive_fill(unit_cube(2), 32 * rate, rate=rate, seed=4)
     steps = [points]
     for _ in range(3 if rate == 2 else 2):

@@ -58,7 +58,7 @@ class Assembler:
         self.requests = replace(self.requests, targets=tuple(self._targets.values()))
 
     def in_group(self, cell: CellIndex) -> bool:
-        """Whether a cell shares a free color."""
+        """True if a cell shares a free color."""
         return cell in self._members
 
     # -- one side ----------------------------------------------------------------------------------------------------

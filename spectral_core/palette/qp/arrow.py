@@ -55,7 +55,7 @@ class Spectrum:
 
 
 def median_weight(problem: Quadratic) -> tuple[float, float]:
-    """Lower median and least of all finite weights; 1 where there is none."""
+    """Lower median and least of all finite weights; 1 if there is none."""
     parts = [problem.known_weights, *(block.weights for block in problem.blocks)]
     weights = np.concatenate(parts)
     # The lower median: dragging one weight far away does not change the unit.

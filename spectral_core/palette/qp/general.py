@@ -96,7 +96,7 @@ def _equal_cells(problem: PaletteProblem) -> list[tuple[list[CellIndex], list[fl
 def reflectances_by_cvxpy(
     problem: PaletteProblem, lights: list[Spectrum] | None = None, *, solver: str = "CLARABEL", **options: float
 ) -> Array:
-    """Solve ``stated_reflectances``: (R, n). Raises SolveError where cvxpy finds no optimum."""
+    """Solve ``stated_reflectances``: (R, n). Raises SolveError if cvxpy finds no optimum."""
     cp = cvxpy_module()
     statement, spectra = stated_reflectances(problem, lights)
     try:

@@ -94,7 +94,7 @@ def daylight_spd(kelvin: float) -> Array:
 
 
 def colour_science() -> Any:
-    """The package colour-science. Raises MissingDependencyError where it is not installed."""
+    """The package colour-science. Raises MissingDependencyError if it is not installed."""
     try:
         import colour
     except ImportError as error:

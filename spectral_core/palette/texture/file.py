@@ -27,7 +27,7 @@ VERSION = 1
 def write_texture(path: Path, texture: SpectralTexture) -> Path:
     """Write ``texture`` to ``path``, whole or not at all; returns ``path``.
 
-    Raises InvalidInputError where the name does not end in .exr, MissingDependencyError without OpenEXR.
+    Raises InvalidInputError if the name does not end in .exr, MissingDependencyError without OpenEXR.
     """
     if path.suffix.lower() != ".exr":
         raise InvalidInputError(

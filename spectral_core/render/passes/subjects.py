@@ -59,7 +59,7 @@ class Subjects:
         return table(mi.UInt32, rows)
 
     def of_hit(self, tables: Any, si: Any, active: Any) -> tuple[Any, Any]:
-        """Rows of the object and of the material of a hit; 0 where there is none."""
+        """Rows of the object and of the material of a hit; 0 if there is none."""
         import drjit as dr
 
         mi = self._mi

@@ -27,7 +27,7 @@ _SEED_STEP = 0x5BD1E995
 class Sums:
     """Sums over samples, by pixel: ``colors`` (n, 3) linear sRGB with exposure, ``covered`` (n,), ``lost`` samples.
 
-    ``bands``: (n, n_bands), or None where none are measured.
+    ``bands``: (n, n_bands), or None if none are measured.
     """
 
     colors: NDArray[np.float64]

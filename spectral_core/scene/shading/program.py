@@ -87,9 +87,9 @@ class Program:
 
         Parameters
         ----------
-        read : inputs by name and shift, arrays (n,) or tuples of three; None where the program reads none.
+        read : inputs by name and shift, arrays (n,) or tuples of three; None if the program reads none.
         dtype : float64, or float32 to compute as the renderer does.
-        transform : (vector, kind, space, inverse) to the vector in another space; None where the program asks for none.
+        transform : (vector, kind, space, inverse) to the vector in another space; None if the program asks for none.
 
         Returns
         -------

@@ -75,7 +75,7 @@ class Placed:
 @dataclass(frozen=True)
 class FieldPath:
     """One field along the path. ``begin`` is t at its entry, ``voxel`` the length of a voxel in units of t; both None
-    where t counts this field's own voxels.
+    if t counts this field's own voxels.
     """
 
     data: MarchInput

@@ -153,7 +153,7 @@ class PreintegratedState:
 
     ``value`` is the stored value there, ``segment`` its segment's number and ``integrals`` the running integrals of
     the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``stretch`` the
-    factor by which a step may exceed the certain distance; both None where the rule does not use them.
+    factor by which a step may exceed the certain distance; both None if the rule does not use them.
     """
 
     value: Any

@@ -14,7 +14,7 @@ SMALLEST_ALPHA = 1e-3
 class Microfacets:
     """Facets of Blender's ``roughness`` at some points; ``mi`` and ``dr`` are the modules of the active variant.
 
-    ``stretch``: alpha along the tangent over alpha across it, as two factors; None where both are alike.
+    ``stretch``: alpha along the tangent over alpha across it, as two factors; None if both are alike.
     """
 
     mi: Any
