@@ -98,7 +98,7 @@ def _override(settings: Any, text: str) -> None:
 
 
 def _bpy() -> Any:
-    """Blender's Python module with the extension enabled, its console chatter kept off standard output."""
+    """Blender's Python module with the extension enabled; its console output goes to standard error."""
     try:
         import bpy
     except ImportError as error:

@@ -15,7 +15,7 @@ from . import _blend
 from .plan import translated_scene
 
 KINDS = ("dial", "bands31", "bands61", "bands121", "exact")
-"""As ``relight.storages`` names them; a literal, so that a command's help imports no renderer."""
+"""Names in ``relight.storages``; a literal, so that a command's help imports no renderer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets, Solve, and help with a conflict."""
+"""Presets, Solve, and the resolution of a conflict."""
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
@@ -45,7 +45,7 @@ class SPECTRAL_OT_palette_preset(bpy.types.Operator):
 
 
 def _rename_for_artists(palette: PropertyGroup) -> None:
-    """Short names that fit a narrow table; the library names spectra by how they were made."""
+    """Short names for a narrow table; the library names spectra by their construction."""
     for number, light in enumerate(palette.lights, 1):
         light.name = f"Light {number}" if light.name.startswith("sine") else LAMP_NAMES.get(light.name, light.name)
     for number, material in enumerate(palette.materials, 1):

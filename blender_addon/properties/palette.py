@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The palette of a scene: lights in columns, materials in rows, and how their targets are weighed."""
+"""The palette of a scene: lights in columns, materials in rows, and the weights of their targets."""
 
 from collections.abc import Callable
 
@@ -98,11 +98,11 @@ PALETTE_FIELDS = by_name(
         description="How finely spectra are designed; 31 over 400 to 700 nm is every 10 nm",
     ),
 )  # fmt: skip
-"""Settings of the whole table that the core's ``PaletteProblem`` has too."""
+"""Settings of the whole table that are shared with the core's ``PaletteProblem``."""
 
 
 def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
-    """Keep the name of a data-block that is chosen: a deleted one leaves nothing else behind."""
+    """Store the name of a chosen data-block, the only trace of it after its deletion."""
 
     def changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
         block = getattr(entry, pointer)
@@ -112,7 +112,7 @@ def _remembers(pointer: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Con
 
 
 class SpectralPaletteLamp(bpy.types.PropertyGroup):
-    """One lamp of a list: a primary that a light is mixed from, or a variant that a match should survive."""
+    """One lamp of a list: a primary of a light, or a variant under which matches should hold."""
 
     SPECTRUM_KIND = "illuminant"
     spectral: PointerProperty(type=SpectralSpectrum)

@@ -10,7 +10,7 @@ edited = announces(Topic.PALETTE)
 
 
 class SpectralPossible(bpy.types.PropertyGroup):
-    """The answer to "Possible?" for one cell, as it was asked."""
+    """The answer to "Possible?" for one cell, with its question."""
 
     material_uid: IntProperty()
     light_uid: IntProperty()
@@ -27,7 +27,7 @@ class SpectralPossible(bpy.types.PropertyGroup):
 
 
 class SpectralAlternative(bpy.types.PropertyGroup):
-    """Another answer to the palette: spectra and colors of all designed materials."""
+    """An alternative solution of the palette: spectra and colors of all designed materials."""
 
     apart: FloatProperty(description="Largest ΔE of any material to the first answer")
     spectra: StringProperty(description="Reflectances by the material's lasting number, as JSON")

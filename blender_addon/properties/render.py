@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the render engine: samples, transport, and decisions of the plan that the artist overrides."""
+"""Settings of the render engine: samples, transport, and the artist's overrides of the plan."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -9,7 +9,7 @@ from .fields import Field, by_name
 
 
 def tag(properties: PropertyGroup, _context: Context) -> None:
-    """Blender copies a changed property to the evaluated scene only when told."""
+    """Notify Blender, which otherwise does not copy a changed property to the evaluated scene."""
     properties.id_data.update_tag()
 
 
@@ -48,17 +48,17 @@ RENDER_FIELDS = by_name(
         description="Smooth the noise of the finished picture with Open Image Denoise. Fine detail may blur",
     ),
 )  # fmt: skip
-"""Settings of a render that the core's ``Sampling`` and ``RenderSettings`` have too."""
+"""Settings of a render that are shared with the core's ``Sampling`` and ``RenderSettings``."""
 
 
 class SpectralPlanChoice(bpy.types.PropertyGroup):
-    """A decision of the plan that the artist has taken over; ``name`` is the effect's."""
+    """The artist's override of a decision of the plan; ``name`` is the effect's."""
 
     value: StringProperty(name="Value", description="The artist's choice instead of the plan's")
 
 
 class SpectralPlanLine(bpy.types.PropertyGroup):
-    """A decision of the plan as it was last made, to be shown; ``name`` is the effect's."""
+    """A decision of the last plan, for display; ``name`` is the effect's."""
 
     value: StringProperty()
     reason: StringProperty()
@@ -72,7 +72,7 @@ class SpectralPlanLine(bpy.types.PropertyGroup):
 
 
 class SpectralCostPoint(bpy.types.PropertyGroup):
-    """A setting of the cost curve as it was last measured; ``name`` is the setting's."""
+    """A point of the last cost curve; ``name`` is the setting's."""
 
     axis: StringProperty()
     seconds: FloatProperty()

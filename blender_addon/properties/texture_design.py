@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``scene.spectral.texture``: two pictures for one surface, or one with wanted colors; the lights; what came out."""
+"""``scene.spectral.texture``: two pictures for one surface, or one with wanted colors; the lights; the result."""
 
 import bpy
 from bpy.props import (
@@ -60,11 +60,11 @@ TEXTURE_FIELDS = by_name(
 
 
 def _nothing(_self: object, _context: object) -> None:
-    """A setting counts when the texture is designed, not before."""
+    """Do nothing: a setting takes effect when the texture is designed."""
 
 
 class SpectralTextureWantedColor(bpy.types.PropertyGroup):
-    """A color of the picture, and how it should look under the second light."""
+    """A color of the picture, and its wanted appearance under the second light."""
 
     color: FloatVectorProperty(
         name="Color", subtype="COLOR_GAMMA", size=3, default=(0.6, 0.2, 0.2), min=0.0, max=1.0,
@@ -88,7 +88,7 @@ class SpectralTextureLight(bpy.types.PropertyGroup):
 
 
 class SpectralTextureDesign(bpy.types.PropertyGroup):
-    """Pictures, lights, settings, and the texture that was designed last."""
+    """Pictures, lights, settings, and the last designed texture."""
 
     kind: EnumProperty(
         name="Pictures", default="TWO", description="What the surface shows",

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``volume.spectral``: the transfer function of a Volume data-block, and how finely it is sampled.
+"""``volume.spectral``: the transfer function of a Volume data-block, and its sampling.
 
-Curves are Float Curve nodes in a node group of the volume's own, because that is where Blender keeps curves that an
-artist can draw; x is the fraction of the data's range, y the fraction of the material's density.
+Curves are Float Curve nodes in a node group of the volume, the only place where Blender stores curves that an artist
+can edit; x is the fraction of the data's range, y the fraction of the material's density.
 """
 
 import bpy
@@ -47,9 +47,9 @@ VOLUME_FIELDS = by_name(
         ],
     ),
 )  # fmt: skip
-"""How a volume is sampled and lit; the core's ``VolumeObject`` knows the same."""
+"""Sampling and lighting of a volume, shared with the core's ``VolumeObject``."""
 RANGE_KEY = "spectral_range"
-"""Least and greatest data value, kept as double precision on the data-block itself."""
+"""Least and greatest data value, stored in double precision on the data-block itself."""
 
 
 def _changed(properties: PropertyGroup, _context: Context = None) -> None:
@@ -89,7 +89,7 @@ class SpectralVolumeMaterial(bpy.types.PropertyGroup):
 
 
 class SpectralVolume(bpy.types.PropertyGroup):
-    """What this extension keeps on a Volume."""
+    """Data of this extension on a Volume."""
 
     enabled: BoolProperty(
         name="Transfer Function", update=_changed, default=False,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Look for different answers to the palette, and take one of them."""
+"""Find alternative solutions of the palette, and select one of them."""
 
 import bpy
 from bpy.props import IntProperty

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent dyes of the material that is selected in the palette, and of the active material of the scene."""
+"""Fluorescent dyes of the selected material of the palette, and of the active material of the scene."""
 
 import bpy
 from bpy.props import IntProperty

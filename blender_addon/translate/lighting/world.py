@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's world to surroundings of the scene."""
+"""Blender's world as the environment of the scene."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .surroundings import Term, joined, resampled, tells_camera_rays
 
 
 def translate_world(translation: Translation, world: Any, camera: Any = None) -> tuple[World, tuple[SunLight, ...]]:
-    """Surroundings of a ``bpy.types.World``, and the suns of its skies; None is black, as in Blender.
+    """Environment of a ``bpy.types.World``, and the suns of its skies; None is black, as in Blender.
 
-    ``camera``: the scene's ``Camera``, whose space patterns may be drawn in.
+    ``camera``: the scene's ``Camera``, whose space patterns may use.
     """
     if world is None:
         return World(), ()
@@ -39,7 +39,7 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
         note_changed(translation, world.name, item)
     note_nodes(translation, world.name, tree)
     own: dict[str, Any] = {
-        "group": getattr(world.original, "lightgroup", ""),  # Blender does not tell the evaluated copy of a change
+        "group": getattr(world.original, "lightgroup", ""),  # Blender does not notify the evaluated copy of a change
         "hidden_from": world_hidden_from(world) & ~Rays.SHADOW,
         "max_bounces": cycles_settings(world, "max_bounces", 1024),
     }
@@ -66,18 +66,18 @@ def translate_world(translation: Translation, world: Any, camera: Any = None) ->
 
 
 def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
-    """What surrounds the scene for the light in it, and for the camera."""
+    """The environment for the light in the scene, and for the camera."""
     output = surface_output(tree, "OUTPUT_WORLD")
     if output is None:
         return [], []
     source = linked(Input(output.inputs["Surface"]))
     light = _terms(reader, source, 1.0, camera=False)
-    # one that tells no rays apart is read once, so that both are the same
+    # a world that does not distinguish rays is read once, so that both are the same
     return light, _terms(reader, source, 1.0, camera=True) if tells_camera_rays(source) else light
 
 
 def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool) -> list[Term]:
-    """The backgrounds that a shader adds up, each with its weight in its strength."""
+    """The backgrounds in a shader's sum, each with its weight in its strength."""
     if source is None or weight == 0:
         return []
     kind = source.node.type
@@ -97,7 +97,7 @@ def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool
 
 
 def _number(reader: Reader, place: Input | None, fallback: float, *, camera: bool) -> float:
-    """A number that may depend on the kind of ray: exact for the camera's own, else what diffuse light meets."""
+    """A number that may depend on the type of ray: exact for camera rays, else the value for diffuse rays."""
     source = linked(place)
     if source is None or source.node.type != "LIGHT_PATH":
         return reader.number(place, fallback)
@@ -139,7 +139,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
 
 
 def _mapping(reader: Reader, image: Output) -> NDArray[np.float64]:
-    """What the nodes before an environment image do to a direction: a (4, 4) affine map."""
+    """Affine map (4, 4) of directions by the nodes before an environment image."""
     source = linked(image.input("Vector"))
     if source is None:
         return np.eye(4)
@@ -154,6 +154,6 @@ def _mapping(reader: Reader, image: Output) -> NDArray[np.float64]:
 
 
 def _polar(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nearest orthogonal matrix, and what is left: matrix = rotation @ stretch."""
+    """Nearest orthogonal matrix, and the rest: matrix = rotation @ stretch."""
     left, lengths, right = np.linalg.svd(matrix)
     return left @ right, right.T @ np.diag(lengths) @ right

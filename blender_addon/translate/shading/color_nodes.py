@@ -29,7 +29,7 @@ def _plain(reader: Reader, output: Output) -> Any:
 
 @evaluator("MIX", "MIX_RGB")
 def _mix(reader: Reader, output: Output) -> Any:
-    """Mix node, also the one before Blender 3.4 that old files bring along."""
+    """Mix node, also the version before Blender 3.4 in old files."""
     node = output.node
     if node.type == "MIX_RGB":
         names, data_type = ("Fac", "Color1", "Color2"), "RGBA"
@@ -163,7 +163,7 @@ def _map_range(reader: Reader, output: Output) -> Any:
 def _color_ramp(reader: Reader, output: Output) -> Any:
     ramp = output.node.color_ramp
     table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, 256)])
-    if ramp.interpolation == "CONSTANT":  # fine enough that a step stays one
+    if ramp.interpolation == "CONSTANT":  # fine enough to represent a step
         table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, 4096)])
     factor = reader.read(output, "Fac")
     if output.socket.name == "Alpha":
@@ -219,7 +219,7 @@ def _combine(reader: Reader, output: Output) -> Any:
 
 
 KELVIN = (800.0, 12000.0)
-"""Where Blender's own table of temperatures ends."""
+"""Range of Blender's own table of temperatures."""
 
 
 @cache
@@ -248,7 +248,7 @@ def _wavelength(reader: Reader, output: Output) -> Any:
 
 @evaluator("BLACKBODY")
 def _blackbody(reader: Reader, output: Output) -> Any:
-    """Planck's law itself, as an illuminant: it is normalized to the luminance of white wherever it is used."""
+    """Planck's law itself, as an illuminant: its users normalize it to the luminance of white."""
     value: Value = reader.read(output, "Temperature")
     if value.constant is None and reader.on_surface:
         low, high = KELVIN
@@ -257,12 +257,12 @@ def _blackbody(reader: Reader, output: Output) -> Any:
     kelvin = float(mean_color(value)[0])
     if value.constant is None:
         reader.note(f"{output.label!r}: a temperature that varies is shown with its mean")
-    return blackbody(min(max(kelvin, 800.0), 12000.0))  # where Blender's own table ends
+    return blackbody(min(max(kelvin, 800.0), 12000.0))  # the range of Blender's own table ends here
 
 
 @evaluator("LIGHT_PATH")
 def _light_path(reader: Reader, output: Output) -> Any:
-    """What kind of ray meets the surface."""
+    """Type of the ray that hits the surface."""
     name = output.socket.name
     if name == "Portal Depth":
         return 0.0
