@@ -198,15 +198,6 @@ def under_flat_light(scene: Scene) -> Scene:
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
 
 
-def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with the lights of each named group with that spectrum: what a relit picture is compared with."""
-
-    def lit(item: Any) -> Any:
-        return replace(item, color=spectra[item.group]) if item.group in spectra else item
-
-    return replace(scene, lights=tuple(lit(light) for light in scene.lights), world=lit(scene.world))
-
-
 def _colorless(paint: Any) -> Any:
     """What varies from place to place stays, as a filter of the flat light; one color or spectrum is left out."""
     return gray(1.0) if isinstance(paint, (Color, Spectrum)) else paint
