@@ -47,12 +47,12 @@ def working_space(data: Any) -> str:
 
 
 def rec709_from_working(name: str) -> NDArray[np.float64] | None:
-    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB, None where the space is not known."""
+    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB, None if the space is not known."""
     return _REC709_FROM.get(name)
 
 
 def node_tree(owner: Any) -> Any:
-    """Shader node tree of a material, world or light, or None where it uses none.
+    """Shader node tree of a material, world or light, or None if it uses none.
 
     5.x warns that ``use_nodes`` is going: there a material and a world always use nodes.
     """
@@ -74,7 +74,7 @@ def use_nodes(owner: Any) -> Any:
 
 
 def is_editable(block: Any) -> bool:
-    """Whether a data-block keeps this extension's properties: it is neither linked nor an override."""
+    """True if a data-block keeps this extension's properties: it is neither linked nor an override."""
     return block.library is None and block.override_library is None
 
 
@@ -84,12 +84,12 @@ def light_exposure_factor(light: Any) -> float:
 
 
 def light_is_normalized(light: Any) -> bool:
-    """Whether a light's power is spread over its area, which before 4.5 it always is."""
+    """True if a light's power is spread over its area, which before 4.5 it always is."""
     return bool(getattr(light, "normalize", True))
 
 
 def light_temperature_k(light: Any) -> float | None:
-    """Blackbody temperature of a light in kelvin, None where it is not used or not known."""
+    """Blackbody temperature of a light in kelvin, None if it is not used or not known."""
     return float(light.temperature) if getattr(light, "use_temperature", False) else None
 
 

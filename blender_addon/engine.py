@@ -30,7 +30,7 @@ SHOWN_NOTES = 5
 
 @dataclass(frozen=True)
 class _Place:
-    """Where pixels go, and how Blender wants them. ``working_from_rgb``: (3, 3), None where nothing changes."""
+    """Where pixels go, and how Blender wants them. ``working_from_rgb``: (3, 3), None if nothing changes."""
 
     layer: str
     view: str
@@ -51,7 +51,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
     """What an engine that draws a 3D view does."""
 
     has_result = False
-    """Whether anything was shown yet; of a render that fails later, that stays."""
+    """True if anything was shown yet; of a render that fails later, that stays."""
 
     def view_update(self, context: Any, depsgraph: Any) -> None:
         """Called after edits, on the main thread."""
@@ -162,7 +162,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self.frame_set(frame, subframe=subframe)
 
     def _should_stop(self) -> bool:
-        """Whether the user has asked to stop."""
+        """True if the user has asked to stop."""
         return bool(self.test_break())
 
     def _views(self, layer: str) -> list[str]:

@@ -23,7 +23,7 @@ from spectral_core.scene import Note, Scene
 
 @dataclass(frozen=True)
 class RenderRecord:
-    """Outcome of one view layer of one frame. ``message``: the error's text, "" where there was none."""
+    """Outcome of one view layer of one frame. ``message``: the error's text, "" if there was none."""
 
     frame: int
     view_layer: str
@@ -97,7 +97,7 @@ def render_preview(
 ) -> RenderResult:
     """Render an icon or the preview panel, in a process of its own that waits for no other render.
 
-    It leaves no record. Raises RenderError where the process died or its renderer failed.
+    It leaves no record. Raises RenderError if the process died or its renderer failed.
     """
     if not _previews:
         _previews.append(RenderProcess())
@@ -116,7 +116,7 @@ def render(
 ) -> RenderResult:
     """Render a scene in the renderer's own process.
 
-    Raises RenderError where that process died or its renderer failed; the next render starts a new one.
+    Raises RenderError if that process died or its renderer failed; the next render starts a new one.
     """
     return process.render(scene, on_progress=on_progress, should_stop=should_stop, **options)
 

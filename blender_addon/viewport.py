@@ -88,13 +88,13 @@ def look_words(look: Any) -> str:
 
 
 def working_from_rgb() -> Any:
-    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None where they are the same."""
+    """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None if they are the same."""
     matrix = compat.rec709_from_working(compat.working_space(bpy.data))
     return None if matrix is None or np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
 
 
 def shown_from_rgb(picture_matrix: Any) -> Any:
-    """``working_from_rgb`` after a look's exposure and adaptation, None where nothing changes."""
+    """``working_from_rgb`` after a look's exposure and adaptation, None if nothing changes."""
     matrix = working_from_rgb()
     if np.array_equal(picture_matrix, np.eye(3)):
         return matrix

@@ -85,7 +85,7 @@ def open_scene(arguments: argparse.Namespace) -> Any:
 
 
 def require_blender() -> None:
-    """Load Blender's Python module with the extension enabled. Raises MissingDependencyError where it is absent."""
+    """Load Blender's Python module with the extension enabled. Raises MissingDependencyError if it is absent."""
     _bpy()
 
 

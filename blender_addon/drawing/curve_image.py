@@ -30,7 +30,7 @@ MARGIN = 0.06
 def wavelength_colors(count: int) -> NDArray[np.float64]:
     """sRGB (count, 3) of wavelengths across SPAN_NM: hue of the spectral line, fading where the eye does.
 
-    No screen shows spectral lines; negative channels are lifted to zero by mixing with grey, which keeps the hue.
+    No screen shows spectral lines; negative channels are lifted to zero by mixing with gray, which keeps the hue.
     """
     viewer = observer(STANDARD)
     wavelengths = np.linspace(*SPAN_NM, count)

@@ -77,7 +77,7 @@ class Plot:
 def side_by_side(
     region: tuple[float, float], ranges: list[tuple[float, float]], margin: float, left: float = 0.0
 ) -> list[Plot]:
-    """One plot per range of values, along the bottom of a region of (width, height) pixels; none where it is too small.
+    """One plot per range of values, along the bottom of a region of (width, height) pixels; none if it is too small.
 
     Plots share the width past ``left``, at most a third of the height and two thirds as high as wide.
     """

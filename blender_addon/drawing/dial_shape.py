@@ -62,7 +62,7 @@ class DialShape:
         return (np.asarray(pixel, dtype=np.float64) - (self.x, self.y)) / self.unit
 
     def is_over(self, pixel: ArrayLike) -> bool:
-        """Whether a pixel is on the disc."""
+        """True if a pixel is on the disc."""
         return bool(np.hypot(*self.place(pixel)) <= DISC)
 
     def target(self, pixel: ArrayLike, selector: ArrayLike, bulbs: ArrayLike) -> Target | None:

@@ -23,7 +23,7 @@ class Deferred:
     follow
         Called with the scene shortly after an edit; edits in the meantime are answered together.
     finish
-        Called with the scene once no further edit came for ``rest_seconds``; None where ``follow`` does everything.
+        Called with the scene once no further edit came for ``rest_seconds``; None if ``follow`` does everything.
     delay_seconds
         Time from an edit to ``follow``.
     rest_seconds

@@ -102,7 +102,7 @@ def _lights(scene: Scene) -> list[Illuminant]:
 
 
 def give(scene: Scene, target: ID) -> None:
-    """Give what the recipe makes to a light or a material. Raises InvalidInputError where it is the other's."""
+    """Give what the recipe makes to a light or a material. Raises InvalidInputError if it is the other's."""
     recipe = scene.spectral.recipe
     if not recipe.spectrum or recipe.found_kind != recipe.kind:
         raise InvalidInputError("there is no recipe yet; press Find Recipe first")

@@ -42,7 +42,7 @@ def running() -> Run | None:
 def add(scene: Scene, path: str) -> PropertyGroup:
     """Sweep another setting of the file: a number over its slider's range, a switch or list over all its values.
 
-    Raises InvalidInputError where there is none.
+    Raises InvalidInputError if there is none.
     """
     setting = setting_at(path)
     sweep = scene.spectral.sweep
@@ -182,7 +182,7 @@ def look(scene: Scene) -> bool:
 
 
 def wait(scene: Scene) -> None:
-    """Wait for the run, without a window. Raises RenderError where it failed."""
+    """Wait for the run, without a window. Raises RenderError if it failed."""
     run = _run
     while look(scene):
         time.sleep(0.1)

@@ -79,7 +79,7 @@ class BlendNode:
 
     @property
     def relights(self) -> bool:
-        """Whether only energies of lights are swept, so that points are re-lit instead of rendered."""
+        """True if only energies of lights are swept, so that points are re-lit instead of rendered."""
         return all(path.startswith(LIGHT_PATH) and path.endswith(".energy") for _, path in self.paths)
 
     def worker_command(self) -> list[str]:
@@ -125,7 +125,7 @@ class BlendNode:
         return replace(scene, film=film)
 
     def _sweeps(self, ending: str) -> bool:
-        """Whether a render setting is swept, which the sweep's own then leaves alone."""
+        """True if a render setting is swept, which the sweep's own then leaves alone."""
         return any(path.startswith("bpy.data.scenes[") and path.endswith(ending) for _, path in self.paths)
 
     def _open(self) -> None:

@@ -26,7 +26,7 @@ class Setting:
 
     @property
     def is_whole(self) -> bool:
-        """Whether it is a whole number."""
+        """True if it is a whole number."""
         return not self.choices and isinstance(self.place.element(), int)
 
     def checked(self, value: Any) -> Any:
@@ -60,7 +60,7 @@ class Setting:
             raise InvalidInputError(f"{self.path} cannot be set to {value!r}: {error}") from error
 
     def require_taken(self, depsgraph: Any, value: Any) -> None:
-        """Raise InvalidInputError where the evaluated file does not have the value that was set.
+        """Raise InvalidInputError if the evaluated file does not have the value that was set.
 
         Keyframes, drivers and constraints override the value, and a property may have limits.
         """
@@ -79,7 +79,7 @@ class Setting:
             )
 
     def keyframe(self, frame: int) -> None:
-        """Insert a keyframe of the present value. Raises InvalidInputError where the property cannot be animated."""
+        """Insert a keyframe of the present value. Raises InvalidInputError if the property cannot be animated."""
         place = self.place
         path = f'["{bpy.utils.escape_identifier(place.name)}"]' if place.is_custom else place.name
         try:
@@ -89,7 +89,7 @@ class Setting:
 
 
 def setting_at(path: str) -> Setting:
-    """The setting of a full data path. Raises InvalidInputError where nothing is there that a sweep can vary."""
+    """The setting of a full data path. Raises InvalidInputError if nothing is there that a sweep can vary."""
     block, rest = block_at(path)
     place = place_in(block, rest)
     element = None if place is None else place.element()

@@ -37,7 +37,7 @@ class Job(BackgroundCommand):
 
 
 def running() -> bool:
-    """Whether a texture is being designed."""
+    """True if a texture is being designed."""
     return _job is not None
 
 
@@ -49,7 +49,7 @@ def folder_of(design: PropertyGroup) -> Path:
 
 
 def start(scene: Scene) -> None:
-    """Begin to design. Raises InvalidInputError where something is missing, or a design is on its way."""
+    """Begin to design. Raises InvalidInputError if something is missing, or a design is on its way."""
     global _job
     if _job is not None:
         raise InvalidInputError("a texture is being designed; wait for it or cancel it")
@@ -114,7 +114,7 @@ def _loaded(path: Path, name: str) -> Image:
 
 
 def wait() -> None:
-    """Wait for the design, without a window. Raises RenderError where it failed."""
+    """Wait for the design, without a window. Raises RenderError if it failed."""
     scene = bpy.data.scenes.get(_job.scene) if _job is not None else None
     while look():
         time.sleep(0.05)
@@ -123,7 +123,7 @@ def wait() -> None:
 
 
 def cancel() -> None:
-    """End the design. Raises InvalidInputError where none is on its way."""
+    """End the design. Raises InvalidInputError if none is on its way."""
     global _job
     if _job is None:
         raise InvalidInputError("no texture is being designed")

@@ -14,7 +14,7 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from ..editing.board.paths import full_path
 
 Execute = Callable[[Any, Context], set[str] | None]
-"""``execute`` of an operator; None where it finished."""
+"""``execute`` of an operator; None if it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
 
 
@@ -78,8 +78,16 @@ def palette_in(context: Context) -> PropertyGroup:
 def require_index(what: str, index: int, count: int) -> int:
     """``index`` when 0 <= index < count; else InvalidInputError."""
     if not 0 <= index < count:
-        raise InvalidInputError(f"there is no {what} {index}; the palette has {count}, counted from 0")
+        raise InvalidInputError(f"there is no {what} {index}; there are {count}, counted from 0")
     return index
+
+
+def add_or_remove(rows: Any, index: int, what: str) -> None:
+    """Add a row to a collection when ``index`` is -1, else remove that row. Raises InvalidInputError if it is none."""
+    if index < 0:
+        rows.add()
+    else:
+        rows.remove(require_index(what, index, len(rows)))
 
 
 def chosen_path(filepath: str) -> Path:

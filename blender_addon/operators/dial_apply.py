@@ -82,7 +82,7 @@ def _apply_lamps(dial: PropertyGroup) -> None:
 
 
 def _animated(dial: PropertyGroup) -> str:
-    """Name of the first lamp behind the dial that has keyframes or drivers, "" where none has."""
+    """Name of the first lamp behind the dial that has keyframes or drivers, "" if none has."""
     for bulb in dial.bulbs:
         for kept in bulb.members:
             block = kept.owner.data if isinstance(kept.owner, bpy.types.Object) else kept.owner

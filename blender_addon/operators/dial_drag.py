@@ -34,7 +34,7 @@ running: set[int] = set()
 
 
 def _under_mouse(context: Context, event: Event) -> Place | None:
-    """Area and main region below the mouse, None where it is another kind of editor."""
+    """Area and main region below the mouse, None if it is another kind of editor."""
     for area in context.window.screen.areas:
         inside = area.x <= event.mouse_x < area.x + area.width and area.y <= event.mouse_y < area.y + area.height
         if inside and area.type in AREAS:

@@ -29,7 +29,7 @@ PRESETS = [
 
 
 def volume_in(context: Context) -> Volume | None:
-    """The Volume data-block that is being looked at, None where there is none."""
+    """The Volume data-block that is being looked at, None if there is none."""
     shown = getattr(context, "volume", None)
     if shown is not None:
         return shown
@@ -38,7 +38,7 @@ def volume_in(context: Context) -> Volume | None:
 
 
 def shown_volume(context: Context) -> Volume:
-    """The Volume data-block that is being looked at. Raises InvalidInputError where there is none."""
+    """The Volume data-block that is being looked at. Raises InvalidInputError if there is none."""
     found = volume_in(context)
     if found is None:
         raise InvalidInputError("there is no active Volume object; select one")

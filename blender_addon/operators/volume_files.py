@@ -120,7 +120,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         first = read_volume(path, **options) if frames is None else frames.read(frames.numbers[0])
         data = bpy.data.volumes.new(first.name)
         try:
-            _fill(data, path, first, frames, self._key(), centred=self.size > 0)
+            _fill(data, path, first, frames, self._key(), centered=self.size > 0)
             _choose_preset(data, first, self.preset)
         except Exception:
             bpy.data.volumes.remove(data)
@@ -133,14 +133,14 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
 
 
 def _fill(
-    data: Volume, path: Path, first: "ScalarVolume", frames: "VolumeSequence | None", key: str, *, centred: bool
+    data: Volume, path: Path, first: "ScalarVolume", frames: "VolumeSequence | None", key: str, *, centered: bool
 ) -> None:
-    """Write the OpenVDB files of a data-block and point it to them; ``centred``: the object's origin is its middle."""
+    """Write the OpenVDB files of a data-block and point it to them; ``centered``: the object's origin is its middle."""
     from spectral_core.volume.files import write_volume
 
     low, high = first.value_range
-    shift = -first.corners_world.mean(axis=0) if centred else np.zeros(3)
-    stem = _stem(path if frames is None else Path(frames.pattern), f"{key} {centred}")
+    shift = -first.corners_world.mean(axis=0) if centered else np.zeros(3)
+    stem = _stem(path if frames is None else Path(frames.pattern), f"{key} {centered}")
     if frames is None:
         target = folder_for_volumes() / f"{stem}.vdb"
         write_volume(_moved(first, shift), target)

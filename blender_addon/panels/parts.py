@@ -117,5 +117,5 @@ def draw_swatches(layout: UILayout, swatches: Iterable[Swatch]) -> None:
 
 
 def is_editable(owner: ID) -> bool:
-    """Whether this is not linked from another file."""
+    """True if this is not linked from another file."""
     return not isinstance(owner, bpy.types.ID) or compat.is_editable(owner)

@@ -104,7 +104,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
 
     @property
     def is_missed(self) -> bool:
-        """Whether an eye sees the difference between wanted and actual."""
+        """True if an eye sees the difference between wanted and actual."""
         return self.delta_e > VISIBLE_DELTA_E
 
     @property

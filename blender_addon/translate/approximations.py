@@ -49,13 +49,13 @@ def _refracts(surface: Surface | None) -> bool:
 
 
 def _is_mixed(surface: Surface | None) -> bool:
-    """Whether a surface scatters both diffusely and as a mirror does."""
+    """True if a surface scatters both diffusely and as a mirror does."""
     kinds = {isinstance(leaf, (Glossy, Metal, Glass)) for leaf in leaves(surface)}
     return len(kinds) == 2 or any(isinstance(leaf, Principled) for leaf in leaves(surface))
 
 
 def _leans(mesh: Mesh) -> bool:
-    """Whether interpolated normals lean far away from the faces that they shade."""
+    """True if interpolated normals lean far away from the faces that they shade."""
     if mesh.normals is None:
         return False
     first, second, third = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))

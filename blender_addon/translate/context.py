@@ -86,5 +86,5 @@ class Translation:
 
 
 def overridden(depsgraph: Any, name: str) -> Any:
-    """What a view layer puts in place of everything of its kind (``"material_override"``, …), None where nothing."""
+    """What a view layer puts in place of everything of its kind (``"material_override"``, …), None if nothing."""
     return getattr(depsgraph.view_layer_eval, name, None)

@@ -17,7 +17,7 @@ READS_UV = frozenset(("uv", "tangent", "bitangent"))
 
 
 def translate_mesh(name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None) -> Mesh | None:
-    """Mesh of a ``bpy.types.Mesh``, None where it has no faces.
+    """Mesh of a ``bpy.types.Mesh``, None if it has no faces.
 
     ``reads``: what its materials' programs read of it; corners are split along the seams of nothing else.
     ``undeformed``: the mesh before modifiers, whose box generated coordinates fill.
@@ -126,7 +126,7 @@ def _corner_vertices(source: Any) -> Array:
 
 
 def _normals(source: Any) -> Array | None:
-    """None where every face is flat, one per vertex where all are smooth, else one per corner."""
+    """None if every face is flat, one per vertex where all are smooth, else one per corner."""
     if source.normals_domain == "FACE":
         return None
     if source.normals_domain == "POINT":
@@ -152,7 +152,7 @@ def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
 
 
 def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any) -> Array | None:
-    """Values (n, 3) of what a program reads by ``name``, per vertex or per corner; None where there is none."""
+    """Values (n, 3) of what a program reads by ``name``, per vertex or per corner; None if there is none."""
     if name == "generated":
         return _told_apart(_generated(source, positions, undeformed), corners)
     kind, _, attribute = name.partition(":")
@@ -226,7 +226,7 @@ def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
 
 
 def uv_layer(source: Any, uv_map: str) -> Any:
-    """UV layer of that name, for "" the one marked for rendering; None where the mesh has none."""
+    """UV layer of that name, for "" the one marked for rendering; None if the mesh has none."""
     if uv_map:
         return source.uv_layers.get(uv_map)
     return next((layer for layer in source.uv_layers if layer.active_render), source.uv_layers.active)

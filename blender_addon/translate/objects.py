@@ -65,7 +65,7 @@ class Collected:
 
 
 def everything(_instance: Any) -> bool:
-    """Whether an instance takes part where nothing more is asked."""
+    """True if an instance takes part where nothing more is asked."""
     return True
 
 
@@ -113,8 +113,8 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
             _collect_mesh(found, obj, instance)
     elif obj.type in ("CURVES", "POINTCLOUD"):
         if translation.depsgraph.view_layer_eval.use_strand or obj.type == "POINTCLOUD":
-            worn = [_translated(found, material) for material in _materials(obj)]
-            place_strands(found, obj, instance, worn, _random(obj, instance))
+            materials = [_translated(found, material) for material in _materials(obj)]
+            place_strands(found, obj, instance, materials, _random(obj, instance))
     elif obj.type == "VOLUME":
         if translation.depsgraph.view_layer_eval.use_volumes:
             volume = translate_volume(translation, found.unique("volume", obj.name_full), obj, instance)
@@ -281,7 +281,7 @@ def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> M
 
 
 def _makers(obj: Any, instance: Any) -> frozenset[int]:
-    """Session numbers of what a mesh is made from; none where it is made anew by geometry nodes or the like."""
+    """Session numbers of what a mesh is made from; none if it is made anew by geometry nodes or the like."""
     source = obj.original
     data = getattr(source, "data", None)
     blocks = [source, data, instance.parent.original if instance.parent else None]

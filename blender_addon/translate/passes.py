@@ -124,7 +124,7 @@ def pass_notes(layer: Any) -> tuple[Note, ...]:
 def fill_passes(places: Any, passes: dict[str, NDArray[np.float32]], view: str, working_from_rgb: Any) -> None:
     """Put passes (height, width, channels) where Blender has made room for them.
 
-    ``working_from_rgb``: (3, 3) to the scene's color space, None where that is linear sRGB.
+    ``working_from_rgb``: (3, 3) to the scene's color space, None if that is linear sRGB.
     """
     older = {new: old for new, old in OLDER_NAMES.items() if bpy.app.version < (5, 0, 0)}
     for name, picture in passes.items():

@@ -43,7 +43,7 @@ def translate_scene(
     ``camera``: an object in place of the scene's (Blender's camera override); ``film``: in place of the output
     settings'; ``seen_from``: a view in place of any camera; ``shows``: whether an instance of the depsgraph takes part;
     ``kept``: what is kept of the translation before; ``designed``: as ``Translation`` has it; ``is_moving``: motion is
-    added later. Raises InvalidInputError where nothing can be rendered at all (no camera, an empty border).
+    added later. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
     translation.designed = designed

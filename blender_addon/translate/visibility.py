@@ -50,7 +50,7 @@ class Linking:
 
     @property
     def is_used(self) -> bool:
-        """Whether any lamp is linked to some objects only."""
+        """True if any lamp is linked to some objects only."""
         return bool(self._receivers or self._blockers)
 
     def add(self, light: str, lamp_object: Any) -> None:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which cells conflict, from the multipliers of the last solve.
 
-With the active bounds held, the answer is a linear function of every row. Releasing cell j changes the error of i by
+With the active bounds fixed, the answer is a linear function of every row. Releasing cell j changes the error of i by
 
     Δe_i = M_ij (1/ω_j − M_jj)⁻¹ e_j      M = B K⁻¹ Bᵀ
 
 with K the block-arrow matrix of the last solve, B its color rows, and e_j the error of cell j, or its multiplier over
-its weight where it is exact. That takes a millisecond; solving again without each neighbor takes a second.
+its weight if it is exact. That takes a millisecond; solving again without each neighbor takes a second.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ Array = NDArray[np.float64]
 CELLS = 3
 """Missed cells that are explained, the worst first."""
 HELPS = 0.8
-"""A release is named where it brings the error to less than this share."""
+"""A release is reported if it reduces the error to less than this share."""
 LEAST_HELP = 1e-3
-"""ΔE2000 below which an error cannot be relieved."""
+"""ΔE2000 below which a release makes no difference."""
 NEAR = 1e-9
-"""Distance to a bound at which a sample is held there."""
+"""Distance to a bound at which a sample counts as fixed there."""
 
 
 def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
-    """For each of the worst missed cells, the cells whose release would help it, in order of help.
+    """For each of the worst missed cells, the cells whose release would reduce its error, best first.
 
-    Empty for a palette that is solved. The errors without a cell are predicted with the active bounds held.
+    Empty for a solved palette. The errors without a cell are predicted with the active bounds fixed.
     """
     record = _record(solution)
     if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not record:
@@ -77,7 +77,7 @@ def with_conflicts(solution: PaletteSolution) -> PaletteSolution:
 
 
 def _record(solution: PaletteSolution) -> dict[Side, tuple[Assembled, Answer]]:
-    """The last solve of each side; nothing for a solution that was read from a file."""
+    """The last solve of each side; empty for a solution from a file."""
     return {} if solution.state is None else solution.state.record or {}
 
 
@@ -94,7 +94,7 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
 
 
 def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, float]:
-    """The cells that miss their requests most, with their errors; broken exact cells come first."""
+    """The cells with the largest errors, with these errors; missed exact cells come first."""
     broken = set(exact_error(requests, solution.actual_linear_rgb)[1])
     errors = solution.delta_e_2000
     cells = [(int(i), int(j)) for i, j in np.argwhere(np.isfinite(errors))]
@@ -111,7 +111,7 @@ class Responses:
     """M of the module's docstring, for the cells of the first condition on one side."""
 
     rows: dict[CellIndex, list[tuple[int, slice]]]
-    """Block and rows of each cell: a target and a link may both be there."""
+    """Block and rows of each cell: it may have a target and a link."""
     within: tuple[Array, ...]
     """(m, m) per block: response through the block itself."""
     through_colors: tuple[Array, ...]
@@ -129,7 +129,7 @@ class Responses:
     def of(cls, assembled: Assembled, answer: Answer) -> Responses:
         """Factor every block once more with its active bounds held, exact rows as rows of large weight."""
         unit, _ = median_weight(assembled.quadratic)
-        # Where exact rows conflict the answer is that of this problem; else its exact rows move by next to nothing.
+        # If exact rows conflict, the answer is that of this problem; else its exact rows move by a negligible amount.
         quadratic = softened(assembled.quadratic, everything=True)
         count = quadratic.color_lower.size
         hessian = (quadratic.known_ties.T * (quadratic.known_weights / unit)) @ quadratic.known_ties
@@ -197,7 +197,7 @@ class Responses:
         return np.asarray(np.matmul(np.array(towards), forces)[:, :, 0])
 
     def _color_between(self, one: tuple[int, slice], other: tuple[int, slice]) -> Array:
-        """Like ``between``, for the color shown instead of its distance to a free color."""
+        """Like ``between``, for the color itself instead of its distance to a free color."""
         (k, rows), (m, columns) = one, other
         own = self.through_colors[k][rows] + self.ties[k][rows]
         found = own @ self.color_response @ self.through_colors[m][columns].T
@@ -207,7 +207,7 @@ class Responses:
 def _relief(
     solution: PaletteSolution, requests: Requests, side: Side, responses: Responses, cell: CellIndex
 ) -> dict[CellIndex, float]:
-    """ΔE2000 of a cell with each other cell of its spectrum, or of its group, released."""
+    """ΔE2000 of a cell after the release of each other cell of its spectrum or group."""
     if cell not in responses.rows:
         return {}
     problem = solution.problem
@@ -248,7 +248,7 @@ def _references(problem: PaletteProblem, cell: CellIndex, group: Iterable[CellIn
     return [] if asked.mode in (CellMode.FIXED, CellMode.BLACK) else [other for other in group if other != cell]
 
 
-# -- words -------------------------------------------------------------------------------------------------------------
+# -- texts -------------------------------------------------------------------------------------------------------------
 
 
 def _explained(solution: PaletteSolution, cell: CellIndex, error: float, relief: dict[CellIndex, float]) -> Conflict:
@@ -283,5 +283,5 @@ def _name(problem: PaletteProblem, cell: CellIndex) -> str:
 
 
 def _told_apart(names: list[str], index: int) -> str:
-    """A name in quotes, with its number where another one is called the same."""
+    """A name in quotes, with its number if another item has the same name."""
     return f"“{names[index]}”" + (f" ({index + 1})" if names.count(names[index]) > 1 else "")

@@ -38,7 +38,7 @@ class Session:
 
     @property
     def osc_port(self) -> int | None:
-        """Port that OSC listens on, None where it does not."""
+        """Port that OSC listens on, None if it does not."""
         return next((link.port for link in self.links if hasattr(link, "port")), None)
 
 
@@ -46,7 +46,7 @@ _session: Session | None = None
 
 
 def session() -> Session | None:
-    """The board that runs, None where none does."""
+    """The board that runs, None if none does."""
     return _session
 
 
@@ -220,7 +220,7 @@ def _write(scene: Scene, change: Change) -> None:
 
 
 def recording() -> Any:
-    """Motion since the board was started. Raises InvalidInputError where nothing has moved."""
+    """Motion since the board was started. Raises InvalidInputError if nothing has moved."""
     from spectral_core.explore.board import Recording
 
     if _session is None or not _session.events:

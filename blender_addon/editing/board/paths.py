@@ -74,7 +74,7 @@ def number_at(path: str) -> Number:
 
 
 def block_at(path: str) -> tuple[ID, str]:
-    """The data-block at the start of a full data path, and the rest of it. Raises InvalidInputError where none is."""
+    """The data-block at the start of a full data path, and the rest of it. Raises InvalidInputError if none is."""
     full = _FULL.fullmatch(path.strip())
     blocks = getattr(bpy.data, full[1], None) if full else None
     if full is None or blocks is None or not hasattr(blocks, "get"):
@@ -89,7 +89,7 @@ def block_at(path: str) -> tuple[ID, str]:
 
 
 def place_in(block: ID, rest: str) -> Number | None:
-    """The property of a data-block at the rest of a full data path, of any kind; None where nothing can be set."""
+    """The property of a data-block at the rest of a full data path, of any kind; None if nothing can be set."""
     rest = rest.removeprefix(".")
     indexed = _INDEXED.fullmatch(rest)
     place, index = (indexed[1], int(indexed[2])) if indexed else (rest, None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the scene is still the one that was recorded, part by part: the dial shows what has changed."""
+"""True if the scene is still the one that was recorded, part by part: the dial shows what has changed."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def weights_of(dial: PropertyGroup) -> np.ndarray:
 def live_mix(scene: Scene) -> Any:
     """The LiveMix of a scene's transport, read where it is not in memory, with the bulbs' lamps in it.
 
-    Raises FileFormatError for a file that is missing, cut, edited or of another scene, InvalidInputError where
+    Raises FileFormatError for a file that is missing, cut, edited or of another scene, InvalidInputError if
     nothing was recorded yet, or a lamp needs spectra that the storage does not keep.
     """
     from spectral_core.render.relight.mix import LiveMix

@@ -38,7 +38,7 @@ class Recording:
     view: ViewTransform | None
     fingerprint: Any
     kept: Any = None
-    """The earlier transport of which only ``again`` is to be recorded; None where all is."""
+    """The earlier transport of which only ``again`` is to be recorded; None if all is."""
     again: tuple[str, ...] | None = None
     progress: float = 0.0
     stop: bool = False
@@ -84,7 +84,7 @@ class Recording:
 
     @property
     def is_running(self) -> bool:
-        """Whether the render is under way."""
+        """True if the render is under way."""
         return self.thread is not None and self.thread.is_alive()
 
     def _note(self, progress: Progress) -> None:

@@ -22,7 +22,7 @@ from .solve import forget_solutions
 
 
 def find(scene: Scene, seed: int = 0) -> int:
-    """Look for different answers and keep them; returns how many. Raises InvalidInputError where nothing is free."""
+    """Look for different answers and keep them; returns how many. Raises InvalidInputError if nothing is free."""
     palette = scene.spectral.palette
     if palette.use_tints or any(len(material.dyes) for material in palette.materials):
         raise InvalidInputError("alternatives are looked for without tints and dyes; switch them off")

@@ -55,7 +55,7 @@ def faults(palette: PropertyGroup) -> list[Fault]:
 
 
 def _is_unused(palette: PropertyGroup, block: ID) -> bool:
-    """Whether the table alone keeps a data-block: an object that was deleted leaves its light behind."""
+    """True if the table alone keeps a data-block: an object that was deleted leaves its light behind."""
     own = sum(each == block for _, _, each in bound(palette))
     return block.users - bool(block.use_fake_user) <= own and not isinstance(block, bpy.types.Material)
 

@@ -81,7 +81,7 @@ def _found(palette: PropertyGroup) -> tuple[dict[int, ID], Shown]:
 
 
 def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
-    """Re-light the recording; why that cannot be, "" where it was done."""
+    """Re-light the recording; why that cannot be, "" if it was done."""
     why, lights = _bulbs(scene.spectral.dial, blocks)
     if not why:
         dial_live.design(scene, lights)
@@ -121,7 +121,7 @@ def _bulbs(
 
 
 def _is_rendered(scene: Scene) -> bool:
-    """Whether a 3D view shows the scene in Rendered mode by this engine."""
+    """True if a 3D view shows the scene in Rendered mode by this engine."""
     windows = bpy.context.window_manager.windows if scene.render.engine == "SPECTRAL" else ()
     areas = (area for window in windows if window.scene == scene for area in window.screen.areas)
     return any(area.type == "VIEW_3D" and area.spaces.active.shading.type == "RENDERED" for area in areas)

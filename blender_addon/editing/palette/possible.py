@@ -53,7 +53,7 @@ class Answer:
 
 
 def ask(scene: Scene) -> PropertyGroup:
-    """Answer for the selected cell, and keep the answer. Raises InvalidInputError where nothing can be said."""
+    """Answer for the selected cell, and keep the answer. Raises InvalidInputError if nothing can be said."""
     return _keep(scene, answered(question_of(scene.spectral.palette)))
 
 
@@ -68,7 +68,7 @@ def question_of(palette: PropertyGroup) -> Question:
 
 
 def answered(question: Question) -> Answer:
-    """The answer; reads nothing of Blender. Raises InvalidInputError where nothing can be said."""
+    """The answer; reads nothing of Blender. Raises InvalidInputError if nothing can be said."""
     lights, actual = question.state
     colors = possible_colors(question.problem, question.place, lights=lights, actual=actual)
     found = colors.nearest(question.wanted)
@@ -148,7 +148,7 @@ def stop() -> None:
 
 
 def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
-    """Lights and colors of the last solution; None where there is none."""
+    """Lights and colors of the last solution; None if there is none."""
     if not palette.status or not all(cell.has_result for material in palette.materials for cell in material.cells):
         return None, None
     lights = []

@@ -43,7 +43,7 @@ def forget_sessions() -> None:
 
 
 def _same_table(before: PaletteProblem, after: PaletteProblem) -> bool:
-    """Whether two problems have the same rows, columns and designed spectra, so that one solution fits both."""
+    """True if two problems have the same rows, columns and designed spectra, so that one solution fits both."""
 
     def shape(problem: PaletteProblem) -> tuple:
         lights = tuple((light.free, len(light.primaries)) for light in problem.lights)

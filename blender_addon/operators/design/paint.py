@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 from ...editing.palette import live
 from ...properties.spectrum import tag
 from ...translate.spectra.stored import require_editable
-from ..common import UNDOABLE, palette_in, reporting
+from ..common import UNDOABLE, add_or_remove, palette_in, reporting
 from ..spectrum import carrier
 
 
@@ -32,12 +32,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
             raise InvalidInputError(
                 f"{material.name!r} is measured, so no dye can be designed into it; set it to Designed"
             )
-        if self.index < 0:
-            material.dyes.add()
-        elif self.index < len(material.dyes):
-            material.dyes.remove(self.index)
-        else:
-            raise InvalidInputError(f"there is no dye {self.index}; there are {len(material.dyes)}, counted from 0")
+        add_or_remove(material.dyes, self.index, "dye")
         live.edited(palette)
 
 
@@ -55,13 +50,7 @@ class SPECTRAL_OT_material_dye(bpy.types.Operator):
         if material is None:
             raise InvalidInputError("there is no active material to hold a dye; select an object with one")
         require_editable(material)
-        dyes = material.spectral.dyes
-        if self.index < 0:
-            dyes.add()
-        elif self.index < len(dyes):
-            dyes.remove(self.index)
-        else:
-            raise InvalidInputError(f"there is no dye {self.index}; there are {len(dyes)}, counted from 0")
+        add_or_remove(material.spectral.dyes, self.index, "dye")
         tag(material.spectral)
 
 

@@ -24,7 +24,7 @@ SPOT_RAD_OF_50_MM = 2 * np.arctan(16 / 50)
 
 
 def translate_camera(translation: Translation, camera: Any) -> Camera:
-    """Camera of an evaluated camera object. Raises InvalidInputError where the scene has none."""
+    """Camera of an evaluated camera object. Raises InvalidInputError if the scene has none."""
     if camera is None:
         raise InvalidInputError(
             f"the scene {translation.scene.name!r} has no camera; add one, or choose one in the scene properties"
@@ -115,7 +115,7 @@ def filter_width_of(render: Any) -> float:
 
 
 def border_in_pixels(render: Any, width: int, height: int) -> tuple[int, int, int, int] | None:
-    """(left, bottom, width, height) of the render border, None where the whole frame is meant.
+    """(left, bottom, width, height) of the render border, None if the whole frame is meant.
 
     Blender cuts both edges off to whole pixels (in 32-bit arithmetic). Raises InvalidInputError for an empty border.
     """

@@ -43,7 +43,7 @@ class Entry:
     stand_in: bool
 
     def accounts_for(self, name: str) -> bool:
-        """Whether a setting is read, has no effect, or is noted."""
+        """True if a setting is read, has no effect, or is noted."""
         known = self.read | self.no_effect | frozenset(self.noted)
         return self.stand_in or "*" in known or name.replace(" ", "_") in known
 
@@ -77,7 +77,7 @@ def note_changed(translation: Translation, subject: str, item: Any) -> None:
 
 
 def at_default(item: Any, name: str) -> bool:
-    """Whether a setting holds what Blender starts with; a struct where everything in it does."""
+    """True if a setting holds what Blender starts with; a struct where everything in it does."""
     declared = item.bl_rna.properties[name]
     value = getattr(item, name)
     if declared.type == "POINTER":
@@ -122,7 +122,7 @@ def note_nodes(translation: Translation, owner: str, tree: Any, seen: set[int] |
 
 
 def _is_still(socket: Any, node: Any) -> bool:
-    """Whether an input is neither linked nor set to anything but 0, which is where what is noted has no effect."""
+    """True if an input is neither linked nor set to anything but 0, which is where what is noted has no effect."""
     if socket.is_linked:
         return False
     value = getattr(socket, "default_value", 0.0)

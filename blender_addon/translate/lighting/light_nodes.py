@@ -62,7 +62,7 @@ def shine_of(translation: Translation, lamp: Any) -> Shine:
 
 
 def _of_nodes(translation: Translation, lamp: Any) -> Shine:
-    """What a lamp's node tree makes of its light: white of factor 1 where it has none."""
+    """What a lamp's node tree makes of its light: white of factor 1 if it has none."""
     white = Shine(Color(np.ones(3)))
     tree = compat.node_tree(lamp)
     output = surface_output(tree, "OUTPUT_LIGHT") if tree is not None else None
@@ -78,7 +78,7 @@ def _of_nodes(translation: Translation, lamp: Any) -> Shine:
 
 
 def _shader(reader: Reader, source: Output, depth: int = 0) -> Shine | None:
-    """An Emission node, or several that are mixed by a number or added; None where it is something else."""
+    """An Emission node, or several that are mixed by a number or added; None if it is something else."""
     node = source.node
     if node.type == "EMISSION":
         return _emission(reader, source)

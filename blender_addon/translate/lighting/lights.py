@@ -25,7 +25,7 @@ SMALLEST_SIZE = 1e-4
 
 
 def translate_light(translation: Translation, name: str, obj: Any, world_from_light: Any) -> Light | None:
-    """Light of an evaluated object that stands at ``world_from_light`` (4, 4); None where it sheds no light."""
+    """Light of an evaluated object that stands at ``world_from_light`` (4, 4); None if it sheds no light."""
     lamp, matrix = obj.data, np.asarray(world_from_light, dtype=np.float64)
     if lamp.type == "AREA" and cycles_settings(lamp, "is_portal", False):
         return None  # a portal only guides Cycles' sampling of the surroundings
@@ -77,7 +77,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
 
 
 def _sun_area(lamp: Any) -> float:
-    """Solid angle's projected area of a sun whose strength is its radiance; 1 where it is its irradiance."""
+    """Solid angle's projected area of a sun whose strength is its radiance; 1 if it is its irradiance."""
     if compat.light_is_normalized(lamp):
         return 1.0
     return float(np.pi * np.sin(lamp.angle / 2) ** 2)

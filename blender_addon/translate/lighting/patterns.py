@@ -21,7 +21,7 @@ ROWS, MOST_ROWS = 512, 2048
 
 
 def needs_directions(output: Any) -> bool:
-    """Whether a world is more than plain colors and environment images, mixed by plain numbers."""
+    """True if a world is more than plain colors and environment images, mixed by plain numbers."""
     return output is not None and _varies(linked(Input(output.inputs["Surface"])), 0)
 
 
@@ -49,7 +49,7 @@ def _is_number(place: Input | None) -> bool:
 
 
 def _is_placed_image(source: Output) -> bool:
-    """Whether a node is an environment image as it stands, or moved by a Mapping of plain numbers."""
+    """True if a node is an environment image as it stands, or moved by a Mapping of plain numbers."""
     if source.node.type != "TEX_ENVIRONMENT":
         return False
     before = linked(source.input("Vector"))
@@ -102,7 +102,7 @@ def surroundings(
 
 
 def _sun(reader: Reader, place: Input, view: Array, image_id: int, name: str, own: dict[str, Any]) -> SunLight | None:
-    """The disk of a sky's sun as the nodes after it show it, as a light; None where nothing of it is seen."""
+    """The disk of a sky's sun as the nodes after it show it, as a light; None if nothing of it is seen."""
     image, atmosphere, angle, intensity = reader.skies[image_id]
     if angle <= 0 or intensity <= 0:
         return None

@@ -29,7 +29,7 @@ class Term:
 
 
 def tells_camera_rays(source: Output | None, depth: int = 0) -> bool:
-    """Whether a tree asks what kind of ray it is seen by."""
+    """True if a tree asks what kind of ray it is seen by."""
     if source is None or depth > 50:
         return False
     if source.node.type == "LIGHT_PATH":

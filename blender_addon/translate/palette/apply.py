@@ -57,7 +57,7 @@ def store_result(target: ID, entry: PropertyGroup, *, level: float | None = None
 def designed(entry: PropertyGroup, level: float) -> tuple[Spectrum, float]:
     """Solved spectrum of a row or column, and the factor on the power of a light that has it.
 
-    ``level``: brightness that is left to the camera's exposure. Raises InvalidInputError where nothing is solved.
+    ``level``: brightness that is left to the camera's exposure. Raises InvalidInputError if nothing is solved.
     """
     spectrum = carried_spectrum(entry, "result")
     return spectrum, float(xyz_of(spectrum)[1]) / level if kind_of(entry) == "illuminant" else 1.0

@@ -14,7 +14,7 @@ Solver = Callable[[PaletteProblem], PaletteSolution]
 
 
 def solver_of(palette: PropertyGroup) -> Solver:
-    """What solves this table. Raises InvalidInputError where tints and dyes are asked for together."""
+    """What solves this table. Raises InvalidInputError if tints and dyes are asked for together."""
     dyed = {row: material.dyes for row, material in enumerate(palette.materials) if len(material.dyes)}
     if dyed and palette.use_tints:
         raise InvalidInputError("tints and fluorescent dyes are not designed together; switch one of them off")

@@ -30,7 +30,7 @@ def palette_problem(palette: PropertyGroup) -> PaletteProblem:
 
 
 def takes_seconds(palette: PropertyGroup) -> bool:
-    """Whether this table needs a solver that is too slow for every drag of a slider."""
+    """True if this table needs a solver that is too slow for every drag of a slider."""
     several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
     distinct = any(cell.mode == "DISTINCT" for _, cell in places(palette))
     paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)

@@ -164,7 +164,7 @@ def references(palette: PropertyGroup, cell: PropertyGroup) -> list[Place]:
 
 
 def may_refer(palette: PropertyGroup, cell: PropertyGroup, other: Place) -> bool:
-    """Whether a cell of this mode may refer to the cell at ``other``."""
+    """True if a cell of this mode may refer to the cell at ``other``."""
     here = place_of(palette, cell)
     return other != here and (cell.mode != "CONSTANT" or other[0] == here[0])
 

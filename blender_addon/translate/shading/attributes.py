@@ -49,7 +49,7 @@ def _first(owners: Any, name: str) -> tuple[float, ...]:
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """A property as (r, g, b, alpha); None where it is no number."""
+    """A property as (r, g, b, alpha); None if it is no number."""
     if isinstance(value, (bool, int, float)):
         flat = np.full(3, float(value))
     else:

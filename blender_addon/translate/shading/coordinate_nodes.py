@@ -179,7 +179,7 @@ def _bump(reader: Reader, output: Output) -> Any:
 
 
 def _is_what_renders(uv_map: str, material: str) -> bool:
-    """Whether the UV map that renders has this name on every mesh that wears the material."""
+    """True if the UV map that renders has this name on every mesh that wears the material."""
     wearers = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
     return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in wearers)
 
@@ -234,7 +234,7 @@ def _vector_displacement(reader: Reader, output: Output) -> Any:
 
 
 def raised_normal(reader: Reader, place: Input) -> Value | None:
-    """The normal of a surface that displacement raises, None where nothing is linked.
+    """The normal of a surface that displacement raises, None if nothing is linked.
 
     As in Cycles the surface is raised by what of the displacement points along its normal.
     """

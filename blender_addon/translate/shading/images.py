@@ -53,7 +53,7 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
 
 
 def alpha_is_read(node: Any) -> bool:
-    """Whether anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
+    """True if anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
     socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
     return socket is not None and bool(socket.is_linked)
 

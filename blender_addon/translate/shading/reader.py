@@ -41,7 +41,7 @@ class Reader:
     shift: int = 0
     material_index: int = 0
     raised: Value | None = None
-    """The normal that displacement bends, in place of the surface's own; None where nothing does."""
+    """The normal that displacement bends, in place of the surface's own; None if nothing does."""
     _known: dict[Any, Field] = field(default_factory=dict)
     _open: set[Any] = field(default_factory=set)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)

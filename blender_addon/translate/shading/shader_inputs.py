@@ -23,7 +23,7 @@ def main_color(reader: Reader, output: Output, fallback: float, name: str = "Col
 
 
 def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
-    """What is linked to a normal or tangent socket, None where nothing is."""
+    """What is linked to a normal or tangent socket, None if nothing is."""
     place = output.input(name)
     if place is None or linked(place) is None:
         return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None

@@ -42,7 +42,7 @@ class Input:
 
     @property
     def default(self) -> Any:
-        """The value that the socket itself holds, None where its kind holds none."""
+        """The value that the socket itself holds, None if its kind holds none."""
         return getattr(self.socket, "default_value", None)
 
 
@@ -58,7 +58,7 @@ class Output:
         return self.socket.node
 
     def input(self, name: str) -> Input | None:
-        """Input of this node by identifier, else by name; None where this Blender's node has none such."""
+        """Input of this node by identifier, else by name; None if this Blender's node has none such."""
         return _named(self.node.inputs, name, self.groups)
 
     def value(self, name: str, fallback: Any = None) -> Any:
@@ -120,7 +120,7 @@ def surface_output(tree: Any, kind: str = "OUTPUT_MATERIAL") -> Any:
 
 
 def linked(place: Input | None) -> Output | None:
-    """The output that feeds an input, None where nothing does."""
+    """The output that feeds an input, None if nothing does."""
     if place is None:
         return None
     source = place.source()

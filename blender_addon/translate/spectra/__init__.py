@@ -13,7 +13,7 @@ from . import stored
 
 
 def spectrum_of(translation: Translation, owner: Any) -> Spectrum | None:
-    """Spectrum of ``owner``, None where its color is meant; where it cannot be used, a Note says so."""
+    """Spectrum of ``owner``, None if its color is meant; where it cannot be used, a Note says so."""
     if (shown := _designed(translation, owner)) is not None:
         return shown[0]
     if getattr(owner, "spectral", None) is None or owner.spectral.source == "NONE":

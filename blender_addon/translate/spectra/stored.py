@@ -45,12 +45,12 @@ def kind_in(spectral: PropertyGroup) -> str:
 
 
 def spectrum_of(owner: ID, attribute: str = "spectral") -> Spectrum | None:
-    """The Illuminant or Reflectance that ``owner`` carries, None where its color is meant.
+    """The Illuminant or Reflectance that ``owner`` carries, None if its color is meant.
 
     ``owner``: a Material, Light, World or shader node, original or evaluated. On a material it stands for the main
     color of the surface, on a node for that node's color; the node's comes before the material's. An illuminant is
     relative: ``strength_of(owner)`` tells how bright. ``attribute``: where it is stored.
-    Raises InvalidInputError where a spectrum is asked for and none could be read; the message is fit to be shown.
+    Raises InvalidInputError if a spectrum is asked for and none could be read; the message is fit to be shown.
     """
     spectral = getattr(owner, attribute, None)
     if spectral is None or spectral.source == "NONE":
@@ -61,7 +61,7 @@ def spectrum_of(owner: ID, attribute: str = "spectral") -> Spectrum | None:
 
 
 def carried_spectrum(owner: ID | Node | PropertyGroup, attribute: str = "spectral") -> Spectrum:
-    """The spectrum that ``owner`` carries. Raises InvalidInputError where it carries none."""
+    """The spectrum that ``owner`` carries. Raises InvalidInputError if it carries none."""
     spectrum = spectrum_of(owner, attribute)
     if spectrum is None:
         raise InvalidInputError(f"{owner.name!r} has no spectrum yet")
@@ -78,7 +78,7 @@ def strength_of(owner: ID) -> float:
 
 
 def stored_samples(spectral: PropertyGroup) -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths (n,) in nm and values (n,) as they are stored; both empty where nothing is."""
+    """Wavelengths (n,) in nm and values (n,) as they are stored; both empty if nothing is."""
     columns = np.empty((2, len(spectral.samples)), dtype=np.float32)
     spectral.samples.foreach_get("wavelength_nm", columns[0])
     spectral.samples.foreach_get("value", columns[1])
@@ -102,7 +102,7 @@ def store_spectrum(
 ) -> None:
     """Keep ``spectrum`` in the .blend. ``source``: one of SOURCES.
 
-    Raises InvalidInputError where its owner is linked, or where the spectrum is not what its owner can have: a
+    Raises InvalidInputError if its owner is linked, or where the spectrum is not what its owner can have: a
     reflectance in [0, 1] or a light of no negative power. With ``physical`` False it is kept to be drawn, and reading
     it with spectrum_of() raises.
     """

@@ -25,23 +25,20 @@ DEFAULT_RADIUS = 0.01
 
 
 def curves_mesh(name: str, curves: Any) -> Mesh | None:
-    """Tubes of a ``bpy.types.Curves``, in the object's space; None where it has none."""
+    """Tubes of a ``bpy.types.Curves``, in the object's space; None if it has none."""
     count = len(curves.points)
     if count == 0:
         return None
     points = np.empty(count * 3, np.float32)
     curves.attributes["position"].data.foreach_get("vector", points)
-    radii = np.full(count, DEFAULT_RADIUS, np.float32)
-    found = curves.attributes.get("radius")
-    if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
-        found.data.foreach_get("value", radii)
+    radii = _radii(curves, count)
     lengths = np.empty(len(curves.curves), np.int32)
     curves.curves.foreach_get("points_length", lengths)
     return tubes(name, points.reshape(-1, 3).astype(np.float64), radii.astype(np.float64), lengths)
 
 
 def particle_mesh(name: str, obj: Any, system: Any, *, is_render: bool) -> Mesh | None:
-    """Tubes of a hair system of an evaluated object, in world space; None where it grows none.
+    """Tubes of a hair system of an evaluated object, in world space; None if it grows none.
 
     ``is_render``: whether it was evaluated for a render, which has steps of its own.
     """
@@ -154,6 +151,15 @@ def _faces(count: int, rings: int) -> NDArray[np.int64]:
     return np.asarray((np.arange(count)[:, None, None] * rings * SIDES + one).reshape(-1, 3))
 
 
+def _radii(data: Any, count: int) -> np.ndarray:
+    """Radii of the points of curves or of a cloud, meters in the object's space."""
+    radii = np.full(count, DEFAULT_RADIUS, np.float32)
+    found = data.attributes.get("radius")
+    if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
+        found.data.foreach_get("value", radii)
+    return radii
+
+
 def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
     """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials read."""
     count = len(cloud.points)
@@ -161,10 +167,7 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
         return None
     places = np.empty(count * 3, np.float32)
     cloud.attributes["position"].data.foreach_get("vector", places)
-    radii = np.full(count, DEFAULT_RADIUS, np.float32)
-    found = cloud.attributes.get("radius")
-    if found is not None and found.data_type == "FLOAT":
-        found.data.foreach_get("value", radii)
+    radii = _radii(cloud, count)
     finer = next((k for k in (3, 2, 1) if count * 20 * 4**k <= MOST_TRIANGLES), 0)
     directions, faces = ball(finer)
     size = np.abs(radii.astype(np.float64))

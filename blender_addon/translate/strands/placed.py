@@ -33,7 +33,7 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         found.instances[-1] = _with(found.instances[-1], random, object_attributes(obj, instance, reads))
 
 
-def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
+def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
     """Enter the particle hair of an object, which is no object of its own, where the object itself stands."""
     translation = found.translation
     for system in getattr(obj, "particle_systems", ()):
@@ -49,7 +49,7 @@ def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMateri
         mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=translation.depsgraph.mode == "RENDER")
         if mesh is None:
             continue
-        materials = worn(obj)
+        materials = materials_of(obj)
         material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
         found.meshes[name] = mesh
         _note_unread(found, obj, material.reads, mesh)

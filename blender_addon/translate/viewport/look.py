@@ -54,7 +54,7 @@ def _spectrum_of(column: Any) -> Spectrum | None:
 
 
 def _lamps_of(column: Any, scene: Any) -> frozenset[str] | None:
-    """Names of the lamps that a column stands for, None where it stands for no lamp of its own."""
+    """Names of the lamps that a column stands for, None if it stands for no lamp of its own."""
     if column.light is None:
         return None
     lamps = (obj for obj in scene.objects if obj.type == "LIGHT" and obj.data == column.light)

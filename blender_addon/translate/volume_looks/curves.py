@@ -44,7 +44,7 @@ def clear(volume: Volume) -> None:
 
 
 def curve_node(volume: Volume, material: PropertyGroup, which: str) -> Node | None:
-    """The Float Curve node of a material's curve, None where it has none yet."""
+    """The Float Curve node of a material's curve, None if it has none yet."""
     tree = volume.spectral.curves
     return None if tree is None else tree.nodes.get(f"{material.uid} {which}")
 

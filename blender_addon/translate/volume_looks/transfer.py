@@ -24,9 +24,9 @@ Curve = tuple[np.ndarray, np.ndarray]
 
 
 def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) -> TransferDocument:
-    """The transfer function that a Volume carries. Raises InvalidInputError where it has no material.
+    """The transfer function that a Volume carries. Raises InvalidInputError if it has no material.
 
-    ``rgb_from_working``: (3, 3) from Blender's scene-linear colours to linear sRGB, the file's own by default.
+    ``rgb_from_working``: (3, 3) from Blender's scene-linear colors to linear sRGB, the file's own by default.
     """
     settings = volume.spectral
     if not len(settings.materials):
@@ -47,7 +47,7 @@ def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) 
 
 
 def value_range(volume: Volume) -> tuple[float, float] | None:
-    """What fractions are of: the range of the data that the volume was imported with, None where that is not known."""
+    """What fractions are of: the range of the data that the volume was imported with, None if that is not known."""
     stored = volume.get(RANGE_KEY)
     return None if stored is None else (float(stored[0]), float(stored[1]))
 
@@ -95,7 +95,7 @@ def _values_at(knots: np.ndarray, left: np.ndarray, x: np.ndarray, y: np.ndarray
 
 
 def store_transfer(volume: Volume, stated: TransferDocument) -> None:
-    """Replace the materials of a Volume. Raises InvalidInputError where they are not in fractions and voxels."""
+    """Replace the materials of a Volume. Raises InvalidInputError if they are not in fractions and voxels."""
     if (stated.values, stated.length) != ("fraction", "voxel"):
         raise InvalidInputError("a volume keeps fractions of its range, per voxel; fit the function to it first")
     require_editable(volume)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one assembly: cells of a palette → the quadratic of one side, for batch and live solving.
+"""The assembly of one side: cells of a palette → its quadratic, for batch and live solving.
 
 Color is linear in either factor (Eq. 5.8), so reflectances under known lights and lights on known reflectances are
 assembled by the same code with the roles swapped. Conditions (observers, variants of lights), the perceptual metric and
@@ -58,7 +58,7 @@ class Assembler:
         self.requests = replace(self.requests, targets=tuple(self._targets.values()))
 
     def in_group(self, cell: CellIndex) -> bool:
-        """Whether a cell shares a free color."""
+        """True if a cell shares a free color."""
         return cell in self._members
 
     # -- one side ----------------------------------------------------------------------------------------------------
@@ -110,13 +110,13 @@ class Assembler:
         return found
 
     def _group_applies(self, view: View, group: Group, condition: int) -> bool:
-        """Whether any member is unknown here, and looks different in this condition than in another already listed."""
+        """True if any member is unknown here, and has another color in this condition than in those listed before."""
         if condition and (len(group.members) < 2 or not any(view.sees(cell, condition) for cell in group.members)):
             return False
         return any(view.is_unknown(cell) for cell in group.members)
 
     def _rows(self, view: View, cell: CellIndex, columns: dict[tuple[int, int], int]) -> list[Row]:
-        """Everything that a cell asks of its unknown factor."""
+        """All rows of a cell over its unknown factor."""
         rows = []
         target = self._targets.get(cell)
         if target is not None:
@@ -139,7 +139,7 @@ class Assembler:
         return rows
 
     def row_weight(self, weight: float, exact: bool, condition: int, cell: CellIndex) -> float:
-        """Squared weight of a cell's rows. An exact cell is exact for the first observer; others ask for it softly."""
+        """Squared weight of a cell's rows. An exact cell is exact for the first observer and a soft row for others."""
         if condition == 0:
             return np.inf if exact else weight**2 / COLOR_NORM**2
         factor = self.problem.robust_weight * self.shares.factor((condition, cell))
@@ -250,7 +250,7 @@ class Assembler:
                 at[cell] = middle
         return lab_jacobian_from_linear_rgb(at) / LAB_UNIT
 
-    # -- what is left ------------------------------------------------------------------------------------------------
+    # -- residuals ---------------------------------------------------------------------------------------------------
 
     def color_rms(self, state: PaletteState) -> float:
         """Root mean square error of targets and group members, in linear RGB, for the first observer."""
@@ -273,7 +273,7 @@ class Assembler:
         return np.array(errors) if errors else None
 
     def subspace_errors(self, state: PaletteState) -> Array | None:
-        """Linear RGB (R, L, 3) by which the subspace misses each cell (Eq. 5.11); None where it is not asked."""
+        """Linear RGB (R, L, 3) by which the subspace misses each cell (Eq. 5.11); None without that criterion."""
         if self.problem.subspace is None:
             return None
         view = View(self.problem, self.requests, "reflectances", state, self.free_items("reflectances"), None)
@@ -287,7 +287,7 @@ class Assembler:
         )
 
     def robust_rows(self, assembled: Assembled, colors: Array, state: PaletteState) -> dict[RowKey, float]:
-        """Weighted error of every robust row of a side that was just solved; ``colors``: its free colors (G, 3)."""
+        """Weighted error of every robust row of a side after its solve; ``colors``: its free colors (G, 3)."""
         errors: dict[RowKey, float] = {}
         shown = [state.colors(condition) for condition in self.requests.conditions]
         for (number, condition), common in zip(assembled.group_conditions, colors, strict=True):

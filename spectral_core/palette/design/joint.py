@@ -37,7 +37,7 @@ class Joint:
     start: Array
     rows: Rows
     known: tuple[Array, Array, Array]
-    """Ties, targets and weights of colors that nothing designed shows."""
+    """Ties, targets and weights of colors that depend on no designed spectrum."""
     grams: tuple[Array, Array]
     """Squared roughness of a reflectance and of a light."""
     unit: float
@@ -50,7 +50,7 @@ class Joint:
 
     @classmethod
     def of(cls, assembler: Assembler, state: PaletteState, *, perceptual: bool) -> Joint | None:
-        """The rows around a state; None where lights are mixed from primaries or must look white."""
+        """The rows around a state; None if lights are mixed from primaries or must look white."""
         sides = [assembler.assembled(side, state, perceptual=perceptual) for side in ("reflectances", "lights")]
         problem = assembler.problem
         extra = any(len(block.rows) > 3 * len(block.keys) for side in sides for block in side.quadratic.blocks)
@@ -127,7 +127,7 @@ class Joint:
         return total / 2
 
     def left(self, x: Array) -> Array:
-        """What each row leaves, unweighted, (m, 3)."""
+        """Residual of each row, unweighted, (m, 3)."""
         return self.slopes(x)[0] - self.rows.targets - self.rows.ties @ x[: self.colors]
 
     def linear(self, step: Array, slopes: Slopes) -> Array:
@@ -159,7 +159,7 @@ class Joint:
     def derivatives(
         self, x: Array, slopes: Slopes, exact_weight: float, bending: Array | None = None
     ) -> tuple[float, Array, Array, Array]:
-        """Objective, gradient (N,), Hessian (N, N), and what each row leaves, (m, 3).
+        """Objective, gradient (N,), Hessian (N, N), and the residual of each row, (m, 3).
 
         Parameters
         ----------

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent surfaces: light that is absorbed at one wavelength and sent out at a longer one (section 5.5.1).
+"""Fluorescent surfaces: light that is absorbed at one wavelength and emitted at a longer one (section 5.5.1).
 
-A surface is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): what it reflects, and amounts a of dyes with an excitation
-spectrum ex (the share of light that a unit amount absorbs and sends out again) and an emission density em (its integral
-is 1). That is linear in (S, a) for a known light and linear in the light for a known surface, so fluorescence is
-designed by the same least squares as all else. At every wavelength at most
-as much comes back as went in, in photons and in power.
+A surface is diag(S) + Σ a_k em_k ex_kᵀ (Donaldson 1954): its reflectance, and amounts a of dyes with an excitation
+spectrum ex (the share of light that a unit amount absorbs and emits again) and an emission density em (its integral is
+1). That is linear in (S, a) for a known light and linear in the light for a known surface, so fluorescence is designed
+by the same least squares. At every wavelength, at most as much light leaves as arrived, in photons and in power.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentSurface:
-    """A reflectance on a grid with amounts (k,) of dyes. Raises InvalidInputError where it returns over 1."""
+    """A reflectance on a grid with amounts (k,) of dyes. Raises InvalidInputError if it returns more than 1."""
 
     name: str
     reflectance: Spectrum
@@ -49,7 +48,7 @@ class FluorescentSurface:
         return self.reflectance.grid
 
     def returned_share(self) -> Array:
-        """Share of the light at each knot that comes back, in photons or in power, whichever is more: (n,)."""
+        """Share of the light at each knot that is returned, in photons or in power, the larger of both: (n,)."""
         return self.reflectance.values + share_per_amount(self.dyes, self.grid.wavelengths_nm) @ self.amounts
 
     def bispectral_matrix(self) -> Array:

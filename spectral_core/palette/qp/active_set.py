@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two gears of the engine that go from one set of active bounds to the next.
+"""Two methods of the engine that change the set of active bounds step by step.
 
 *Primal-dual active set* (Hintermüller, Ito and Kunisch 2002): solve with the present bounds held, then hold whatever
 left its bounds and release whatever has a gradient that points inwards, all at once. After a small edit two or three
 steps settle it, but it may cycle.
 
 *Parametric walk* (Best 1996; Ferreau, Bock and Diehl 2008): the last optimum is the optimum of a problem with another
-linear term. Move that term to the new one on a straight line; the solution follows piecewise linearly, and one bound
-changes at each bend. The walk cannot cycle where no two bounds change at once.
+linear term. That term is moved to the new one on a straight line; the solution follows piecewise linearly, and one
+bound changes at each breakpoint. The walk cannot cycle unless two bounds change at once.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ WALK_STEPS = 600
 
 
 class ActiveSet(HeldBounds):
-    """Finds which bounds are active: ``settle``, the first gear, and ``walk``, the second."""
+    """Finds the active bounds: ``settle``, the first method, and ``walk``, the second."""
 
-    # -- first gear ------------------------------------------------------------------------------------------------
+    # -- first method ----------------------------------------------------------------------------------------------
 
     def settle(self, most: int = 4, *, fine: bool = False) -> bool:
         """Primal-dual active-set steps; whether they arrived at an optimum. ``fine``: with refined solutions."""
@@ -52,7 +52,7 @@ class ActiveSet(HeldBounds):
             self._toggle(wrong)
         return False
 
-    # -- second gear -----------------------------------------------------------------------------------------------
+    # -- second method ---------------------------------------------------------------------------------------------
 
     def walk(self, begin: Array, free: Mask, most: int = WALK_STEPS) -> bool:
         """The parametric walk from an optimum of a like problem; whether it arrived.

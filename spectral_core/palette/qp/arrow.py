@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The structure that every engine here shares: a block-arrow system, eliminated spectrum by spectrum.
+"""The structure of every engine here: a block-arrow system, eliminated spectrum by spectrum.
 
 With the bounds that hold an unknown taken as known, the conditions of optimality of one spectrum are
 
@@ -50,7 +50,7 @@ class Spectrum:
     border_ties: Array
     compliance: Array
     in_border: Mask
-    """Which rows of the block have a border row."""
+    """Rows of the block that have a border row."""
     weights: Array
     """ω in H, (m,)."""
     color_hessian: Array
@@ -60,10 +60,10 @@ class Spectrum:
 
 
 def median_weight(problem: Quadratic) -> tuple[float, float]:
-    """Lower median and least of all finite weights; 1 where there is none."""
+    """Lower median and least of all finite weights; 1 if there is none."""
     parts = [problem.known_weights, *(block.weights for block in problem.blocks)]
     weights = np.concatenate(parts)
-    # The lower median: one weight that is dragged far away does not move the unit.
+    # The lower median: dragging one weight far away does not change the unit.
     weights = np.sort(weights[np.isfinite(weights) & (weights > 0)])
     if weights.size == 0:
         return 1.0, 1.0
@@ -102,7 +102,7 @@ def squared(block: Block, unit: float, cap: float) -> Spectrum:
 
 
 def retargeted(before: Spectrum, block: Block) -> Spectrum:
-    """The squares of a block of which only targets changed: H, and factors of it, stay."""
+    """The squares of a block whose targets alone changed: H and its factors stay."""
     # Only right-hand sides are computed: O(m n), where H costs O(m n²).
     pushes = before.weights * block.targets
     return Spectrum(
@@ -143,7 +143,7 @@ class Factors:
             self._border_solved = self._solved(self._border)
             schur = self._border @ self._border_solved.T
             least = STIFFNESS * max(float(schur.diagonal().max()), 1e-300)
-            # Two exact rows that ask the same make the complement singular; the least compliance shares the force
+            # Two exact rows with the same request make the complement singular; the least compliance shares the force
             # between them.
             schur.flat[:: len(schur) + 1] += np.maximum(spectrum.compliance, least)
             self._schur = schur

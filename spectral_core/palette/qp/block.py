@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One designed spectrum of a side with what is asked of it, and all spectra of a side as arrays."""
+"""One designed spectrum of a side with its rows, and all spectra of a side as arrays."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 DIM = 1e-7
-"""Sum of absolute values of a color row below which its light shows nothing, so that its error cannot be seen."""
+"""Sum of absolute values of a color row below which its light is invisible, so that its error cannot be seen."""
 RowKey = tuple[int, tuple[int, int]]
-"""(condition, cell) from which three rows come."""
+"""(condition, cell) of three rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Block:
     ties: Array
     """τ, (m, q): how each row depends on the free colors."""
     weights: Array
-    """ω, (m,): squared weights; infinite where the row must hold exactly."""
+    """ω, (m,): squared weights; infinite for exact rows."""
     roughness: Array
     """D, (r, n)."""
     gram: Array
@@ -37,28 +37,28 @@ class Block:
     lower: Array
     upper: Array
     keys: tuple[RowKey, ...] = ()
-    """Cell of each of the first rows, three rows to a cell; rows past them belong to no cell."""
+    """Cell of each of the first rows, three rows to a cell; rows after them belong to no cell."""
     own_weights: Array | None = None
-    """(m,): squared weights that exact rows have among each other where they cannot all hold; None: all the same."""
+    """(m,): squared weights of exact rows relative to each other if they cannot all hold; None: equal weights."""
 
     @cached_property
     def exact(self) -> NDArray[np.bool_]:
-        """Rows that must hold exactly, (m,)."""
+        """Exact rows, (m,)."""
         return np.isinf(self.weights)
 
     @cached_property
     def any_exact(self) -> bool:
-        """Whether any row must hold exactly."""
+        """True if any row is exact."""
         return bool(self.exact.any())
 
     @cached_property
     def soft_weights(self) -> Array:
-        """ω, (m,), with 0 for rows that must hold exactly."""
+        """ω, (m,), with 0 for exact rows."""
         return np.where(self.exact, 0.0, self.weights)
 
     @cached_property
     def scale(self) -> float:
-        """What the gradient by x is compared with: what an error of 1 in the color of the lightest cell would make.
+        """Reference size of the gradient by x: the gradient of an error of 1 in the color of the lightest cell.
 
         No large weight then hides an error of a cell of small weight. Where roughness is less than that, it counts.
         """
@@ -74,7 +74,7 @@ class Block:
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
         shown = np.abs(self.rows).sum(axis=1) >= DIM
         if self.keys:
-            # Three rows are one color: the strongest of them says how well it shows.
+            # Three rows are one color: the largest of them measures its visibility.
             colored = 3 * len(self.keys)
             strength[:colored] = np.repeat(strength[:colored].reshape(-1, 3).max(axis=1), 3)
             shown[colored:] = False
@@ -93,7 +93,7 @@ class Block:
         return np.asarray(self.ties != 0)
 
     def misses(self, x: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (m,)."""
+        """Residual of each row, unweighted, (m,)."""
         return self.rows @ x - self.targets - self.ties @ colors
 
     def with_targets(self, targets: Array) -> Block:
@@ -175,8 +175,8 @@ class Stack:
         )
 
     def misses(self, values: Array, colors: Array) -> Array:
-        """What each row leaves, unweighted, (K, m)."""
-        # One product over the stack: K small ones would cost more in Python than in arithmetic.
+        """Residual of each row, unweighted, (K, m)."""
+        # One product over the stack: K small ones would spend more time in Python than in arithmetic.
         left = np.matmul(self.rows, values[:, :, None])[:, :, 0] - self.targets
         return left - self.ties @ colors if colors.size else left
 

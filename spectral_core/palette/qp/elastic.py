@@ -16,14 +16,14 @@ from spectral_core.palette.qp.quadratic import Quadratic
 ELASTIC = 1e4
 """Weight, relative to the median, of exact rows that cannot hold together."""
 LEAST_ELASTIC = 1e-2
-"""Squared weight, relative to the median, that an exact row has at least among other exact ones."""
+"""Least squared weight of an exact row among other exact ones, relative to the median."""
 
 
 def softened(problem: Quadratic, which: Collection[int] | None = None, *, everything: bool = False) -> Quadratic:
     """The problem with the exact rows of cells, in all blocks or in some, as rows of large weight.
 
-    Rows that are no cells (the white of a light, the energy of a dye) stay exact where they can hold by themselves,
-    unless ``everything`` is to be soft.
+    Rows that are no cells (the white of a light, the energy of a dye) stay exact if they can hold by themselves, unless
+    ``everything`` must be soft.
     """
     unit = median_weight(problem)[0]
     blocks = list(problem.blocks)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine of a palette's side: four gears on one factorization, and a check that decides.
+"""The engine of a palette's side: four methods on one factorization, and a check that decides.
 
 From an earlier answer: daqp for the spectrum that changed, then the parametric walk; primal-dual active set where all
 changed. Cold: daqp where no spectrum depends on another, else the interior point, and the active set from its guess.
@@ -35,11 +35,11 @@ FINE_STEPS = 12
 CONFLICTING = 1e-3
 """Linear RGB by which a row of an elastic answer misses where it surely cannot hold."""
 NEAR = 1e-7
-"""Distance to a bound at which an interior answer is taken to lie on it."""
+"""Distance to a bound at which an interior answer counts as lying on it."""
 
 
 class Engine:
-    """Solves like problems one after another, each from the answer to the last."""
+    """Solves similar problems one after another, each from the answer to the last."""
 
     def __init__(self) -> None:
         self._active: ActiveSet | None = None
@@ -50,22 +50,22 @@ class Engine:
         self._elastic, self._yielding = Elastic(), Elastic()
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
         self._conflict = False
-        """Whether exact rows of several spectra conflicted in the last problem."""
+        """True if exact rows of several spectra conflicted in the last problem."""
         self.steps = 0
         """Active-set steps of the last solve."""
 
     def forget(self) -> None:
-        """Begin cold at the next solve."""
+        """Start cold at the next solve."""
         self._active = self._arrow = None
 
     def solve(self, problem: Quadratic, changed: list[int] | None = None) -> Answer:
         """Solve ``problem``.
 
-        ``changed``: blocks that differ from the last problem, of which everything else was the same; None for all.
+        ``changed``: blocks that differ from the last problem, if everything else is the same; None for all.
         """
         if not problem.blocks:
             return Answer((), problem.color_lower.clip(0.0), (), PERFECT, ())
-        # Rows of one spectrum that conflict are found by daqp's phase one in microseconds; the gears below would need
+        # Conflicting rows of one spectrum are found by daqp's phase one in microseconds; the methods below would need
         # many steps to fail on them.
         changed = self._weighed(problem, changed)
         if self._impossible:
@@ -74,8 +74,8 @@ class Engine:
             self._yielding.forget()
         # A gear that diverges overflows; its answer is no number, and the check refuses it.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            # While an artist drags within a conflict, the last compromise is the near start; the exact problem is tried
-            # again when the compromise shows that it may hold.
+            # While an artist drags within a conflict, the last compromise is the nearest start; the exact problem is
+            # tried again when the compromise shows that it may hold.
             answer = self._still_conflicting(problem, changed) if self._conflict else None
             if answer is None:
                 self._conflict = False
@@ -86,12 +86,12 @@ class Engine:
         return replace(answer, infeasible=True) if self._impossible else answer
 
     def _with_slack(self, problem: Quadratic, answer: Answer) -> Answer:
-        """piqp's answer, where its slack, within what the check allows, buys a lower objective."""
+        """piqp's answer, if its slack, within the limits of the check, lowers the objective."""
         other = self._from_piqp(problem)
         if other is None or not other.check.passed:
             return answer
         costs = [problem.objective(problem.joined(each.colors, each.values)) for each in (other, answer)]
-        # Both passed the check. Within its tolerances the cheaper one is the better answer.
+        # Both passed the check. Within its tolerances the answer of lower objective is better.
         return other if costs[0] < costs[1] else answer
 
     def _still_conflicting(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
@@ -108,7 +108,7 @@ class Engine:
         return replace(answer, infeasible=True) if max(misses) > CONFLICTING else None
 
     def _weighed(self, problem: Quadratic, changed: list[int] | None) -> list[int] | None:
-        """Find the blocks whose exact rows cannot hold, before any gear runs into them; returns what changed."""
+        """Find the blocks whose exact rows cannot hold, before any method runs on them; returns the changed blocks."""
         before = self._impossible
         asked = range(len(problem.blocks)) if changed is None else changed
         tested = {k for k in asked if problem.blocks[k].any_exact and not self._can_hold(problem, k)}
@@ -138,11 +138,11 @@ class Engine:
             warm = self._warm(problem, None)
         answer = warm if warm is not None and warm.check.passed else self._cold(problem)
         if not answer.check.passed:
-            # What failed is no place to go on from.
+            # A failed answer is no start for the next solve.
             self.forget()
         return answer
 
-    # -- gears -----------------------------------------------------------------------------------------------------
+    # -- methods ---------------------------------------------------------------------------------------------------
 
     def _warm(self, problem: Quadratic, changed: list[int] | None) -> Answer | None:
         """From the last answer: the active set, else the walk; None where there is no such answer."""
@@ -180,9 +180,9 @@ class Engine:
         return answer if is_sharp(answer) else self._finer(problem, active, "active set", answer)
 
     def _cold(self, problem: Quadratic) -> Answer:
-        """From nothing."""
+        """Without a start."""
         best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
-        # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on it goes first.
+        # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on, piqp is first.
         gears = [self._from_guess, self._from_piqp]
         if max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT:
             gears.reverse()
@@ -195,13 +195,13 @@ class Engine:
                 best = answer
             if best.check.passed:
                 return best
-        # All gears failed. Either the exact rows conflict, or the problem is only hard; this tells which.
+        # All methods failed: either the exact rows conflict, or the problem is ill-conditioned; this decides which.
         if problem.has_equalities and nearest_miss(problem) > REACHED:
             return self._compromise(problem)
         return best if best.values else nothing(problem)
 
     def _from_guess(self, problem: Quadratic) -> Answer | None:
-        """daqp or the interior point for the active bounds, then the active set for the digits."""
+        """daqp or the interior point for the active bounds, then the active set for the accuracy."""
         arrow = Arrow(problem)
         guess = lone_spectra(arrow)
         engine = "daqp" if guess is not None else "interior point"
@@ -209,7 +209,7 @@ class Engine:
         return self._sharpened(problem, arrow, begin, free, engine)
 
     def _from_piqp(self, problem: Quadratic) -> Answer | None:
-        """piqp's answer, sharpened by the active set where that helps."""
+        """piqp's answer, refined by the active set if that helps."""
         found = by_piqp(problem)
         if found is None:
             return None
@@ -228,11 +228,11 @@ class Engine:
     def _sharpened(self, problem: Quadratic, arrow: Arrow, begin: Array, free: Mask, engine: str) -> Answer | None:
         active = ActiveSet(arrow)
         near_low = begin - problem.lower <= problem.upper - begin
-        # What the guess holds must lie exactly on its nearer bound, or ``begin`` would take it for free.
+        # Held unknowns of the guess must lie exactly on their nearer bounds, or ``begin`` would treat them as free.
         held = np.where(free, begin, np.where(near_low, problem.lower, problem.upper))
         active.begin(held, free)
         self._arrow, self._active = arrow, active
-        # The walk begins at the guess itself, not where the first gear left the bounds.
+        # The walk begins at the guess itself, not at the end of the first method.
         arrived = active.settle() or active.walk(held, free)
         self.steps = active.steps
         answer = self._read(problem, active, engine)
@@ -242,7 +242,7 @@ class Engine:
         return answer if arrived or answer.check.passed else None
 
     def _finer(self, problem: Quadratic, active: ActiveSet, engine: str, answer: Answer) -> Answer:
-        """The answer after refinement, where that is better.
+        """The answer after refinement, if that is better.
 
         Where lights differ much in strength, the gradient of the dim ones is lost in the rounding of the bright ones'.
         Exact rows with large multipliers show what the factors' own ridge leaves.
@@ -262,7 +262,7 @@ class Engine:
     def _compromise(self, problem: Quadratic) -> Answer:
         """Exact rows with large weights: the nearest compromise."""
         elastic = softened(problem)
-        # Nothing became soft: the rows that conflict belong to no cell (a light's white), so they must give way too.
+        # Nothing became soft: the conflicting rows belong to no cell (a light's white), so they must become soft too.
         if sum(block.exact.sum() for block in elastic.blocks) == sum(block.exact.sum() for block in problem.blocks):
             elastic = softened(problem, everything=True)
         answer = self._cold(elastic)
@@ -271,11 +271,11 @@ class Engine:
 
 
 def solve(problem: Quadratic) -> Answer:
-    """Solve one problem by itself."""
+    """Solve a single problem."""
     return Engine().solve(problem)
 
 
 def _alike(one: Quadratic, other: Quadratic) -> bool:
-    """Whether two problems have the same unknowns."""
+    """True if two problems have the same unknowns."""
     shapes = [[block.lower.size for block in problem.blocks] for problem in (one, other)]
     return one.color_lower.shape == other.color_lower.shape and shapes[0] == shapes[1]

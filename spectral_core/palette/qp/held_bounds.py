@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A side with some unknowns held at their bounds: the solution, its gradient, and which bounds are then wrong.
+"""A side with some unknowns held at their bounds: the solution, its gradient, and the bounds that are then wrong.
 
-Each spectrum is eliminated into an affine function of the free colors (``arrow``), and eliminated again only when its
-own bounds or terms change. ``active_set`` chooses which bounds are held.
+Each spectrum is eliminated into an affine function of the free colors (``arrow``), and eliminated again only if its own
+bounds or terms change. ``active_set`` chooses the held bounds.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SLACK = 1e-12
-"""Distance past a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
+"""Distance beyond a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
 
 
 _NONE = np.zeros(0)
@@ -33,13 +33,13 @@ class HeldBounds:
         self.colors = problem.color_lower.size
         self.offsets = problem.offsets
         count = len(arrow.spectra)
-        # -1 for the free colors: they belong to no block, so that a change of theirs makes no block's factors stale.
+        # -1 for the free colors: they belong to no block, so a change of theirs invalidates no block's factors.
         self.block_of = np.repeat(np.arange(-1, count), np.diff([0, *self.offsets]))
         self.x = np.clip(np.zeros(problem.size), self.lower, self.upper)
         self.free = np.ones(problem.size, dtype=bool)
         self.stale = set(range(count))
         self._held_free, self._held = self.free.copy(), self.x.copy()
-        """Which unknowns were free, and the values of the others, when their block was last eliminated."""
+        """Unknowns that were free, and the values of the others, when their block was last eliminated."""
         # The elimination of a block is kept as an affine map of the free colors. Re-solving after a change elsewhere is
         # then one product.
         self._map = np.zeros((problem.size, self.colors + 1))
@@ -56,7 +56,7 @@ class HeldBounds:
         self._movable = self.lower < self.upper
 
     def begin(self, x: Array, free: Mask) -> None:
-        """Take a start: values, and which unknowns are off their bounds."""
+        """Set a start: values, and the unknowns that are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
         # What lies between its bounds is free, whatever is claimed: a held value must be a bound.
         self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & self._movable
@@ -156,10 +156,10 @@ class HeldBounds:
         ]
 
     def _wrong(self, values: Array, gradient: Array, slack: Array) -> tuple[Mask, Mask, Mask]:
-        """Unknowns on the wrong side of being free, and those of them below and above their bounds."""
+        """Unknowns whose state (free or held) is wrong, and those of them below and above their bounds."""
         below, above = self.free & (values < self._low_limit), self.free & (values > self._high_limit)
         at_lower = self.x <= self.lower
-        # A multiplier of the wrong sign: the objective falls when the unknown leaves its bound. Unknowns with equal
+        # A multiplier of the wrong sign: the objective decreases when the unknown leaves its bound. Unknowns with equal
         # bounds stay.
         inward = np.where(at_lower, gradient < -slack, gradient > slack) & ~self.free & self._movable
         return below | above | inward, below, above
@@ -171,7 +171,7 @@ class HeldBounds:
         return hessian - summed[:, 1:], linear + summed[:, 0]
 
     def _color_solve(self, system: Array, right: Array) -> Array:
-        """Solve for the colors that are off their boxes; 0 for the others."""
+        """Solve for the colors inside their boxes; 0 for the others."""
         free = self.free[: self.colors]
         found = np.zeros(self.colors)
         if free.any():
@@ -186,10 +186,10 @@ class HeldBounds:
         return np.asarray(inner)
 
     def _refined(self, x: Array) -> tuple[Array, Array]:
-        """The same solution to the last digits: Newton steps on residuals that are computed row by row.
+        """The same solution to full accuracy: Newton steps on residuals that are computed row by row.
 
-        H squares the condition of the rows; a residual from the rows themselves does not, and the factors of H, wrong
-        in the last digits only, still bring it down (iterative refinement of the semi-normal equations, Björck 1987).
+        H squares the condition of the rows; a residual from the rows themselves does not, and the factors of H still
+        reduce it (iterative refinement of the semi-normal equations, Björck 1987).
         """
         problem, unit = self.arrow.problem, self.arrow.unit
         gradient = np.zeros(x.size)
@@ -206,8 +206,8 @@ class HeldBounds:
             for k, spectrum in enumerate(self.arrow.spectra):
                 factors = self._elimination(k).current_factors()
                 begin, end = self.offsets[k], self.offsets[k + 1]
-                # The residual of the border rows belongs to the same Newton system, or the multipliers would keep their
-                # rounding.
+                # The residual of the border rows belongs to the same Newton system; otherwise the multipliers would
+                # keep their rounding.
                 left = spectrum.border_target + spectrum.border_ties @ colors - spectrum.border @ values[k]
                 left += spectrum.compliance * self.multipliers[k]
                 step, multiplier = factors.solve(held[None, begin:end], left[None])

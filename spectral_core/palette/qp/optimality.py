@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The KKT check: the one place that decides whether an answer is optimal. No engine is believed without it.
+"""The KKT check: the single place that decides if an answer is optimal. Every engine's answer must pass it.
 
 The check uses the multipliers of the rows, not their weights times their errors: at a weight of 1000 the error of a row
-is rounding, and its square says nothing (Nocedal and Wright 2006, section 12.3, states the conditions).
+is rounding, and its square carries no information (Nocedal and Wright 2006, section 12.3, states the conditions).
 """
 
 from __future__ import annotations
@@ -20,33 +20,35 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """How well an answer satisfies the conditions of optimality. All in the units of x, but ``equality`` (rows)."""
+    """Residuals of the optimality conditions at an answer. All in the units of x, except ``equality`` (rows)."""
 
     kkt: float
     """Largest |x − clip(x − gradient / scale)|: about the largest error of any color, in linear RGB."""
     bounds: float
     """Largest distance outside the bounds."""
     equality: float
-    """Largest error of a row that must hold exactly."""
+    """Largest error of an exact row."""
 
     LIMIT = 1e-6
-    """Largest scaled KKT residual of an answer that is believed."""
+    """Largest scaled KKT residual of an accepted answer."""
     EQUALITY_LIMIT = 1e-9
-    """Largest error of an equality, in linear RGB; where multipliers are large, a little slack buys a lot."""
+    """Largest error of an equality, in linear RGB; with large multipliers, a little slack lowers the objective a
+    lot.
+    """
     BOUND_LIMIT = 1e-9
 
     @property
     def passed(self) -> bool:
-        """Whether the answer may be called right."""
+        """True if the answer is accepted."""
         return self.kkt <= self.LIMIT and self.bounds <= self.BOUND_LIMIT and self.equality <= self.EQUALITY_LIMIT
 
     @property
     def worst(self) -> float:
-        """One number to compare two answers by."""
+        """One number for the comparison of two answers."""
         return max(self.kkt, self.bounds, self.equality)
 
     def __or__(self, other: Check) -> Check:
-        """The worse of two checks, number by number."""
+        """The worse of two checks, component by component."""
         return Check(max(self.kkt, other.kkt), max(self.bounds, other.bounds), max(self.equality, other.equality))
 
 

@@ -24,11 +24,11 @@ def _libraries() -> tuple[Any, ...]:
 
 
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Run ``function`` with BLAS limited to one thread; the number is set back afterwards."""
+    """Run ``function`` with BLAS limited to one thread; the previous number is restored afterwards."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
-        # scipy brings a BLAS of its own, which must be loaded before the libraries are searched.
+        # scipy has its own BLAS, which must be loaded before the libraries are searched.
         import scipy.linalg  # noqa: F401
 
         before = [(library, library.num_threads) for library in _libraries()]

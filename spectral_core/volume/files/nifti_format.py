@@ -53,7 +53,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def _values(image: Any) -> NDArray[Any]:
-    """The voxels: as stored where the header's slope and intercept change nothing, else slope · stored + intercept."""
+    """The voxels: as stored if the header's slope and intercept change nothing, else slope · stored + intercept."""
     proxy = image.dataobj
     stored = np.array(proxy.get_unscaled(), order="K")
     if (proxy.slope, proxy.inter) == (1.0, 0.0):

@@ -156,7 +156,7 @@ def _world_from_index(image: Any, whole: NDArray, of_cells: bool) -> NDArray[np.
         return values
 
     directions = numbers("Direction", "1 0 0 0 1 0 0 0 1", 9).reshape(3, 3) * numbers("Spacing", "1 1 1", 3)
-    # Origin is where index 0 lies, which an extent need not contain; a cell's value stands at its middle.
+    # Origin is the position of index 0, which need not be in the extent; a cell's value is at its center.
     first = whole[::2] + np.where(whole[1::2] > whole[::2], 0.5, 0.0) * of_cells
     return affine(directions, numbers("Origin", "0 0 0", 3) + directions @ first)
 
@@ -184,7 +184,9 @@ def _values(file: _File, element: Any, count: int) -> NDArray[Any]:
 
 
 def _decode(file: _File, text: bytes, as_base64: bool, needed: int) -> bytes:
-    """The ``needed`` plain bytes of the payload at the start of ``text``; one that states another length is refused."""
+    """The ``needed`` plain bytes of the payload at the start of ``text``; a payload that states another length is
+    refused.
+    """
     word = file.header_type.itemsize
     require_room(needed, file.path)
 

@@ -2,7 +2,7 @@
 """VTK legacy files with a STRUCTURED_POINTS (image) dataset, ASCII or binary.
 
 The format is a list of keyword lines with payloads between them; every payload's length follows from its line, so the
-wanted one is found by stepping over the others. Binary payloads are big-endian by definition.
+requested one is found by skipping the others. Binary payloads are big-endian by definition.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def choose_array(arrays: dict[str, Any], field: str | None, path: Path, active: 
 
 
 class _Parser:
-    """Walks the keyword lines of one file."""
+    """Reads the keyword lines of one file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -53,7 +53,7 @@ def with_spectrum(surface: Surface, spectrum: Spectrum) -> Surface:
 
 
 def covers_texture(surface: Surface, spectrum: Spectrum) -> bool:
-    """Whether ``spectrum`` stands where the surface has an image or a pattern, as ``with_spectrum`` puts it."""
+    """True if ``spectrum`` stands where the surface has an image or a pattern, as ``with_spectrum`` puts it."""
     held = {id(value) for value in values_of(with_spectrum(surface, spectrum))}
     lost = (value for value in values_of(surface) if id(value) not in held)
     return any(isinstance(value, (ImageTexture, MixedPaint, Computed)) for value in lost)

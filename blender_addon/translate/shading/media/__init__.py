@@ -42,7 +42,7 @@ NOTHING = Fill(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 def medium_of(reader: Reader, output: Any) -> ScatteringMedium | None:
-    """Medium of an output node, None where its volume socket is free or not understood (with a Note)."""
+    """Medium of an output node, None if its volume socket is free or not understood (with a Note)."""
     source = linked(Input(output.inputs["Volume"]))
     if source is None:
         return None

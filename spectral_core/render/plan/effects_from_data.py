@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Effects that a scene's data decide: what there is of each, and a bound on the error without it."""
+"""Effects that a scene's data decide: the scene's features for each, and a bound on the error without it."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ FLUORESCENCE_SHARE = 0.1
 MEDIA_SHARE = 0.5
 TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
-"""What costs next to nothing beside the light it brings."""
+"""Share of the time of an effect that costs very little."""
 ON_OFF = ("on", "off")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A scene, what is in it, and places (n, 3) that its camera sees, or between which they lie."""
+    """A scene, its inventory, and points (n, 3) that span the region that its camera sees."""
 
     scene: Scene
     inventory: Inventory
@@ -37,7 +37,7 @@ class Found:
 
     @property
     def materials(self) -> list[Material]:
-        """Materials that some ray may meet."""
+        """Materials that some ray may hit."""
         shown = shown_materials(self.scene)
         return [material for material in self.scene.materials if material.name in shown]
 
@@ -45,12 +45,12 @@ class Found:
 def absent(
     name: str, reason: str, share: float = 0.0, value: str = "off", choices: tuple[str, ...] = ("off",)
 ) -> Effect:
-    """An effect that the scene has nothing of; ``share``: what a renderer that looks at nothing would pay for it."""
+    """An effect without any feature in the scene; ``share``: its share of the time in the plan with all effects."""
     return Effect(name, (Level("on"), Level(value, 0.0, share)), reason, choices=choices)
 
 
 def names(items: tuple[str, ...], most: int = 3) -> str:
-    """A few names in quotes, and how many more."""
+    """A few names in quotes, and the number of others."""
     shown = ", ".join(repr(item) for item in items[:most])
     return shown if len(items) <= most else f"{shown} and {len(items) - most} more"
 
@@ -102,7 +102,7 @@ def _media(found: Found) -> Effect:
     carriers = [material for material in found.materials if material.medium is not None]
     depths = [bounds.optical_depth(found.scene, material) for material in carriers]
     error = sum(bounds.error_of_medium(found.scene, material) for material in carriers)
-    if found.scene.world.medium is not None:  # space has no end
+    if found.scene.world.medium is not None:  # the world's medium is unbounded
         depths.append(float("inf"))
         error = 100.0
     depth = max(depths)
@@ -238,7 +238,7 @@ _RULES: tuple[Callable[[Found], Effect], ...] = (
 
 
 def effects_of(found: Found) -> dict[str, Effect]:
-    """Every effect, in the order in which a plan shows them."""
+    """Every effect, in the order of display."""
     effects = [rule(found) for rule in _RULES]
     effects += _caustics(found)
     effects.append(_bounces(found))
