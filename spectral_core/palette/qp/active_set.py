@@ -25,7 +25,7 @@ Mask = NDArray[np.bool_]
 FINE_SLACK = 1e-15
 """What counts as rounding of a gradient that was refined; ``SLACK`` otherwise."""
 WALK_STEPS = 600
-"""Bends of the walk before it gives up; some tens are usual."""
+"""Most breakpoints of the walk; some tens are usual."""
 
 
 class ActiveSet(HeldBounds):
@@ -34,7 +34,7 @@ class ActiveSet(HeldBounds):
     # -- first method ----------------------------------------------------------------------------------------------
 
     def settle(self, most: int = 4, *, fine: bool = False) -> bool:
-        """Primal-dual active-set steps; whether they arrived at an optimum. ``fine``: with refined solutions."""
+        """Primal-dual active-set steps; True if they reached an optimum. ``fine``: with refined solutions."""
         slack = (FINE_SLACK if fine else SLACK) * self.arrow.sizes
         for _ in range(most):
             self.steps += 1
@@ -55,7 +55,7 @@ class ActiveSet(HeldBounds):
     # -- second method ---------------------------------------------------------------------------------------------
 
     def walk(self, begin: Array, free: Mask, most: int = WALK_STEPS) -> bool:
-        """The parametric walk from an optimum of a like problem; whether it arrived.
+        """The parametric walk from an optimum of a similar problem; True if it reached the end.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class ActiveSet(HeldBounds):
         free
             Which of them are off their bounds.
         most
-            Bends after which it gives up.
+            Largest number of breakpoints.
         """
         if begin is not self.x or free is not self.free:
             self.begin(begin, free)
@@ -81,7 +81,7 @@ class ActiveSet(HeldBounds):
                 return True
             if here is None:
                 here = self._start()
-            first, part, end, below = self._first_bend(past, here, goal, low)
+            first, part, end, below = self._first_breakpoint(past, here, goal, low)
             goal -= here
             goal *= part
             here += goal
@@ -104,13 +104,13 @@ class ActiveSet(HeldBounds):
         inward = np.where(self.x <= self.lower, np.maximum(gradient, 0.0), np.minimum(gradient, 0.0))
         return np.where(self.free, self.x, inward)
 
-    def _first_bend(
+    def _first_breakpoint(
         self, past: NDArray[np.intp], here: Array, goal: Array, low: Array
     ) -> tuple[int, float, float, bool]:
         """Ratio test along the line from the present point to the goal.
 
         The first unknown that meets its bound, or the first multiplier that meets 0, ends the linear piece: its number,
-        the part of the line, where it ends, and whether that is below.
+        the part of the line, its end, and True if that is below.
         """
         start, aim = here[past], goal[past]
         below = aim < low[past]

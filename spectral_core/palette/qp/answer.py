@@ -33,16 +33,16 @@ class Answer:
     check: Check
     engines: tuple[str, ...]
     infeasible: bool = False
-    """Whether exact rows cannot hold together; they were given large weights instead."""
+    """True if exact rows cannot hold together; they were given large weights instead."""
 
 
 def is_sharp(answer: Answer, limit: float = SHARP) -> bool:
-    """Whether refinement has nothing to gain."""
+    """True if refinement cannot improve the answer."""
     return answer.check.passed and answer.check.kkt <= limit
 
 
 def is_strained(problem: Quadratic, answer: Answer) -> bool:
-    """Whether multipliers of exact rows are so large that rounding in the rows shows in the objective.
+    """True if multipliers of exact rows are so large that rounding in the rows shows in the objective.
 
     They are where rows nearly depend on each other.
     """
@@ -69,6 +69,6 @@ def answer_at(
 
 
 def nothing(problem: Quadratic) -> Answer:
-    """What is shown where no gear gives numbers at all."""
+    """The answer if no method gives numbers at all."""
     x = np.clip(np.zeros(problem.size), problem.lower, problem.upper)
     return replace(answer_at(problem, x, problem.forces(x), "none"), check=FAILED)

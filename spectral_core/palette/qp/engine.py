@@ -3,7 +3,7 @@
 
 From an earlier answer: daqp for the spectrum that changed, then the parametric walk; primal-dual active set where all
 changed. Cold: daqp where no spectrum depends on another, else the interior point, and the active set from its guess.
-Whatever comes out is checked (``optimality``). Where no gear passes, piqp is asked; where exact rows cannot hold
+Whatever comes out is checked (``optimality``). If no method passes, piqp is asked; where exact rows cannot hold
 together, they get large weights instead and the answer says so.
 """
 
@@ -46,7 +46,7 @@ class Engine:
         self._arrow: Arrow | None = None
         self._impossible: set[int] = set()
         self._tested: dict[int, tuple[tuple[Array, ...], Array, bool]] = {}
-        """What the exact rows of a block were when they were last tested, and whether they can hold."""
+        """What the exact rows of a block were when they were last tested, and if they can hold."""
         self._elastic, self._yielding = Elastic(), Elastic()
         """The last problem with large weights in place of all exact rows, and with those of the impossible blocks."""
         self._conflict = False
@@ -72,7 +72,7 @@ class Engine:
             problem, changed = self._yielding.of(problem, self._impossible, changed)
         else:
             self._yielding.forget()
-        # A gear that diverges overflows; its answer is no number, and the check refuses it.
+        # A method that diverges overflows; its answer is no number, and the check refuses it.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             # While an artist drags within a conflict, the last compromise is the nearest start; the exact problem is
             # tried again when the compromise shows that it may hold.
@@ -151,7 +151,7 @@ class Engine:
             return None
         begin, free = active.x, active.free
         if changed is None:
-            # The first gear moves them.
+            # The first method moves them.
             begin, free = begin.copy(), free.copy()
         same_bounds = active.lower is problem.lower and active.upper is problem.upper
         same_bounds = same_bounds or (
@@ -183,12 +183,12 @@ class Engine:
         """Without a start."""
         best = Answer((), np.zeros(problem.color_lower.shape), (), FAILED, ())
         # Dense factors cost n³ per block, piqp's sparse ones about n: from DENSE_LIMIT samples on, piqp is first.
-        gears = [self._from_guess, self._from_piqp]
+        methods = [self._from_guess, self._from_piqp]
         if max(block.lower.size for block in problem.blocks) >= DENSE_LIMIT:
-            gears.reverse()
-        for gear in gears:
+            methods.reverse()
+        for method in methods:
             try:
-                answer = gear(problem)
+                answer = method(problem)
             except np.linalg.LinAlgError:
                 continue
             if answer is not None and (not best.values or answer.check.worst < best.check.worst):

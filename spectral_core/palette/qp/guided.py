@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gear of an edit: daqp for the spectra that changed, at the old free colors, and the walk from there."""
+"""The method of an edit: daqp for the spectra that changed, at the old free colors, and the walk from there."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ FEW = 3
 
 
 def guided(active: ActiveSet, begin: Array, free: Mask, changed: list[int] | None) -> bool:
-    """The walk from the last answer; whether it arrived at an optimum.
+    """The walk from the last answer; True if it reached an optimum.
 
     With the changed spectra at their optimum for the old colors, the start is again the optimum of a problem with
-    another linear term, by the colors alone, and the walk from there is short: daqp takes the hundred bends of one
-    spectrum in the time of a few steps.
+    another linear term, by the colors alone, and the walk from there is short: daqp passes the hundred breakpoints of
+    one spectrum in the time of a few steps.
 
     Parameters
     ----------

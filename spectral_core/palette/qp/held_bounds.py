@@ -123,7 +123,7 @@ class HeldBounds:
         return goal, full
 
     def renew(self) -> bool:
-        """Have all blocks factored anew whose elimination has been changed by exchanges; whether there are any."""
+        """Have all blocks factored anew whose elimination was changed by exchanges; True if there are any."""
         worn = [k for k, found in enumerate(self._eliminated) if found is not None and found.exchanges]
         for k in worn:
             self._eliminated[k] = None
