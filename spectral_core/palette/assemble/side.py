@@ -87,17 +87,8 @@ class Assembler:
         target = self._targets[cell]
         number = before.items.index(cell[0] if before.side == "reflectances" else cell[1])
         block = before.quadratic.blocks[number]
-        rows = slice(3 * block.keys.index((0, cell)), 3 * block.keys.index((0, cell)) + 3)
-        targets = block.targets.copy()
-        targets[rows] = target.color
         weight, own_weight = self.row_weight(target.weight, target.exact, 0, cell), target.weight**2 / COLOR_NORM**2
-        assert block.own_weights is not None
-        if block.weights[rows.start] == weight and block.own_weights[rows.start] == own_weight:
-            changed = block.with_targets(targets)
-        else:
-            weights, own = block.weights.copy(), block.own_weights.copy()
-            weights[rows], own[rows] = weight, own_weight
-            changed = block.with_weights(targets, weights, own)
+        changed = block.with_request(block.keys.index((0, cell)), target.color, weight, own_weight)
         return replace(before, quadratic=before.quadratic.with_block(number, changed))
 
     def _columns(self, view: View) -> dict[tuple[int, int], int]:

@@ -106,6 +106,18 @@ class Block:
         """The same rows with other targets and weights, (m,) each."""
         return self._kept(replace(self, targets=targets, weights=weights, own_weights=own_weights), ())
 
+    def with_request(self, number: int, color: Array, weight: float, own_weight: float) -> Block:
+        """The same block with another color (3,), squared weight and own weight of one cell, by its number in keys."""
+        rows = slice(3 * number, 3 * number + 3)
+        assert self.own_weights is not None
+        targets = self.targets.copy()
+        targets[rows] = color
+        if self.weights[rows.start] == weight and self.own_weights[rows.start] == own_weight:
+            return self.with_targets(targets)
+        weights, own = self.weights.copy(), self.own_weights.copy()
+        weights[rows], own[rows] = weight, own_weight
+        return self.with_weights(targets, weights, own)
+
     def _kept(self, found: Block, names: tuple[str, ...]) -> Block:
         """Hand on what was computed from what both blocks share."""
         for name in ("_visibility", "_tied", *names):
