@@ -128,17 +128,17 @@ class _Pusher:
         import daqp
 
         size = self.values.size
-        pull = np.zeros(size)
+        linear = np.zeros(size)
         for rows, toward in zip(self.rows, direction, strict=True):
-            pull -= toward @ lab_jacobian_from_linear_rgb(np.maximum(rows @ self.values, 1e-3)) @ rows
-        pull *= 1e-1 / max(float(np.abs(pull).max()), 1e-12)
+            linear -= toward @ lab_jacobian_from_linear_rgb(np.maximum(rows @ self.values, 1e-3)) @ rows
+        linear *= 1e-1 / max(float(np.abs(linear).max()), 1e-12)
         hessian = 1e-3 * (self.second.T @ self.second) + 1e-5 * np.eye(size)
         color = self.held @ self.values
         upper = np.concatenate([np.ones(size), color, np.full(len(self.second), self.limit)])
         lower = np.concatenate([np.zeros(size), color, np.full(len(self.second), -self.limit)])
         sense = np.concatenate([np.zeros(size), np.full(len(color), 5), np.zeros(len(self.second))]).astype(np.int32)
         rows = np.ascontiguousarray(np.concatenate([self.held, self.second]))
-        found, _, status, _ = daqp.solve(hessian, pull - 1e-5 * self.values, rows, upper, lower, sense)
+        found, _, status, _ = daqp.solve(hessian, linear - 1e-5 * self.values, rows, upper, lower, sense)
         return np.clip(found, 0.0, 1.0) if status in (1, 2) else self.values
 
 

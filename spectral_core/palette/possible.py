@@ -54,7 +54,7 @@ class PossibleColors:
         total = float(nearest.in_the_way.sum())
         if nearest.reachable or total <= 0:
             return ()
-        shares = [(cell, float(pull) / total) for cell, pull in zip(self.held, nearest.in_the_way, strict=True)]
+        shares = [(cell, float(share) / total) for cell, share in zip(self.held, nearest.in_the_way, strict=True)]
         return tuple(sorted((each for each in shares if each[1] > 0.01), key=lambda each: -each[1]))
 
     def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:

@@ -215,13 +215,13 @@ class PaletteProblem:
 
     def with_cells(self, cells: Mapping[CellIndex, Cell]) -> Self:
         """The same problem with some cells replaced. Raises InvalidInputError for cells outside the table."""
-        rows = [list(row) for row in self.cells]
+        rows = list(self.cells)
         for (i, j), cell in cells.items():
             if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
             self._check_cell(i, j, cell)
-            rows[i][j] = cell
+            rows[i] = (*rows[i][:j], cell, *rows[i][j + 1 :])
         # Everything else was checked when this problem was built; a drag makes sixty of them a second.
         changed = copy(self)
-        object.__setattr__(changed, "cells", tuple(map(tuple, rows)))
+        object.__setattr__(changed, "cells", tuple(rows))
         return changed

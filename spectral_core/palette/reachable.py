@@ -111,7 +111,7 @@ class CellReach:
         target = frozen_array("wanted color", wanted, (3,))
         reflectance, _ = self._projected(np.eye(3), target)
         color = self.matrix @ reflectance
-        pull = np.zeros(len(self._colors) // 3)
+        slope = np.zeros(len(self._colors) // 3)
         reachable = bool(np.abs(color - target).max() <= EXACT)
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
@@ -130,12 +130,12 @@ class CellReach:
                     least, reflectance, multipliers, color, lab = distance, trial, forces, here, lab_here
                 if np.abs(here - before).max() < EXACT:
                     break
-            held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(pull) else np.empty((0, 3, 3))
-            # A multiplier is per unit of linear RGB; the color's Jacobian converts it to ΔE.
+            held = lab_jacobian_from_linear_rgb(self._colors.reshape(-1, 3)) if len(slope) else np.empty((0, 3, 3))
+            # A multiplier is per unit of linear RGB; one ΔE is what the color's own Jacobian says it is.
             per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(held, multipliers.reshape(-1, 3), strict=True)]
-            pull = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
+            slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
-        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, pull)
+        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)
 
     def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
         """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import secrets
-import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -253,16 +252,6 @@ def require_free(folder: Path) -> None:
     """Raise InvalidInputError if the folder of a new store is not free."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
-
-
-def copy_portable(store: Store, target: Path) -> Path:
-    """A copy of a store for another machine: everything but locks and temporary files."""
-    target = cdb_folder(target)
-    store.write_table()
-    left_here = shutil.ignore_patterns("lease", ".spectral-unfinished-*", "ledger.sqlite*", "driver.lock")
-    shutil.copytree(store.folder, target, ignore=left_here)
-    store.ledger.copy_to(target / "ledger.sqlite")
-    return target
 
 
 def _environment() -> dict[str, str]:

@@ -87,14 +87,8 @@ class Assembler:
         target = self._targets[cell]
         number = before.items.index(cell[0] if before.side == "reflectances" else cell[1])
         block = before.quadratic.blocks[number]
-        rows = slice(3 * block.keys.index((0, cell)), 3 * block.keys.index((0, cell)) + 3)
-        targets, weights = block.targets.copy(), block.weights.copy()
-        targets[rows] = target.color
-        weights[rows] = self.row_weight(target.weight, target.exact, 0, cell)
-        assert block.own_weights is not None
-        own = block.own_weights.copy()
-        own[rows] = target.weight**2 / COLOR_NORM**2
-        changed = replace(block, targets=targets, weights=weights, own_weights=own)
+        weight, own_weight = self.row_weight(target.weight, target.exact, 0, cell), target.weight**2 / COLOR_NORM**2
+        changed = block.with_request(block.keys.index((0, cell)), target.color, weight, own_weight)
         return replace(before, quadratic=before.quadratic.with_block(number, changed))
 
     def _columns(self, view: View) -> dict[tuple[int, int], int]:

@@ -46,6 +46,7 @@ class View:
         metric: Array | None,
     ) -> None:
         self.side, self.state, self.metric = side, state, metric
+        self.requests = requests
         self._problem, self._conditions = problem, requests.conditions
         self._items = frozenset(items)
         self._axis = 0 if side == "reflectances" else 1

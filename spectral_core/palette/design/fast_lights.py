@@ -93,14 +93,14 @@ class PlainPalette:
                 errors.shape
             )
         own = surfaces[list(self.reflectances)]
-        pulled = lights @ self.light_gram
-        total = 0.5 * float(np.vdot(forces, errors) + np.vdot(own @ self.surface_gram, own) + np.vdot(pulled, lights))
+        rough = lights @ self.light_gram
+        total = 0.5 * float(np.vdot(forces, errors) + np.vdot(own @ self.surface_gram, own) + np.vdot(rough, lights))
         # ∂F/∂l of every light at once: forces (L, 3R) on the color matrices (3R, n) of the surfaces.
         by_surface = kernel.matrices(surfaces)[0]
         for i in given:
             by_surface[i] = _known(state.given.reflectances[i])[0]
-        pulls = forces.reshape(len(surfaces), -1, 3).transpose(1, 0, 2)[designed].reshape(len(designed), -1)
-        gradient = pulls @ by_surface.reshape(-1, n) + pulled
+        by_surfaces = forces.reshape(len(surfaces), -1, 3).transpose(1, 0, 2)[designed].reshape(len(designed), -1)
+        gradient = by_surfaces @ by_surface.reshape(-1, n) + rough
         found = state.with_values("reflectances", {i: surfaces[i] for i in self.reflectances})
         return total, gradient.ravel(), found
 
@@ -128,13 +128,13 @@ class PlainPalette:
                 hessian = self._ridged(weighted @ rows + self.surface_gram)
                 found[i] = self._reflectance(i, hessian, -(weighted @ wanted))
             return found
-        pulls = -(self._weights3 * self._targets3) @ flat
+        linear = -(self._weights3 * self._targets3) @ flat
         before = None
         for i in self.reflectances:
             if before is None or not self._alike[i, before]:
                 hessian = self._ridged((flat.T * self._weights3[i]) @ flat + self.surface_gram)
                 before = i
-            found[i] = self._reflectance(i, hessian, pulls[i])
+            found[i] = self._reflectance(i, hessian, linear[i])
         return found
 
     @staticmethod

@@ -236,8 +236,8 @@ class _Descent:
             if size > CONTRACTION * before:
                 break
             before = size
-            # The slopes are those of the factors: others would have components that only the roughness determines.
-            back = self._solved(-joint.pulled(weights * off, slopes) * self._size)
+            # The slopes are those of the factors: others would have parts that only the roughness holds.
+            back = self._solved(-joint.gradient_of(weights * off, slopes) * self._size)
             below, above = self._distances(trial)
             back = np.where(self._has_low, np.maximum(back, -0.5 * below), back)
             trial = trial + np.where(self._has_high, np.minimum(back, 0.5 * above), back)

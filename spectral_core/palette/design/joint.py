@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The whole palette as one sum of squares in all its unknowns: free colors, reflectances and lights together.
 
-A color is bilinear in reflectance and light, so the second derivatives are known: products of slopes on the diagonal,
-and off the diagonal, for each cell, its force times the constant map of the kernel. Exact cells are rows of large
+A color is bilinear in reflectance and light, so that the second derivatives are known: products of slopes on the
+diagonal, and across, for each cell, its force times the constant map of the kernel. Exact cells stand as cells of large
 weight.
 """
 
@@ -143,8 +143,8 @@ class Joint:
             found[own] += np.matmul(sloped[own], values[owner[own]][:, :, None])[:, :, 0]
         return found
 
-    def pulled(self, forces: Array, slopes: Slopes) -> Array:
-        """Gradient (N,) of forces (m, 3) on the rows at x."""
+    def gradient_of(self, forces: Array, slopes: Slopes) -> Array:
+        """Gradient (N,) that forces (m, 3) on the rows have at x."""
         _, by_surface, by_light = slopes
         n, q = self.grid_size, self.colors
         found = np.zeros(self.start.size)
@@ -184,14 +184,14 @@ class Joint:
         sides = ((self.rows.surface_of, by_surface, surfaces, self.grams[0], q),
                  (self.rows.light_of, by_light, lights, self.grams[1], q + n * len(surfaces)))  # fmt: skip
         for owner, sloped, values, gram, begin in sides:
-            pulled = values @ gram
-            total += float(np.vdot(pulled, values))
+            rough = values @ gram
+            total += float(np.vdot(rough, values))
             for k in range(len(values)):
                 mine, at = np.flatnonzero(owner == k), slice(begin + k * n, begin + (k + 1) * n)
                 rows = sloped[mine].reshape(-1, n)
                 weighted = np.repeat(weights[mine], 3)[:, None] * rows
                 hessian[at, at] = weighted.T @ rows + gram
-                gradient[at] = forces[mine].ravel() @ rows + pulled[k]
+                gradient[at] = forces[mine].ravel() @ rows + rough[k]
                 if q:
                     across = -(weighted.T @ self.rows.ties[mine].reshape(3 * mine.size, q))
                     hessian[at, :q], hessian[:q, at] = across, across.T
@@ -199,12 +199,12 @@ class Joint:
             ties = self.rows.ties.reshape(forces.size, q)
             hessian[:q, :q] = (ties.T * np.repeat(weights, 3)) @ ties
             gradient[:q] = -(forces.ravel() @ ties)
-            more, targets, heavy = self.known
+            more, targets, of_known = self.known
             if len(more):
                 rest = targets + more @ colors
-                total += float(heavy @ rest**2)
-                hessian[:q, :q] += (more.T * heavy) @ more
-                gradient[:q] += more.T @ (heavy * rest)
+                total += float(of_known @ rest**2)
+                hessian[:q, :q] += (more.T * of_known) @ more
+                gradient[:q] += more.T @ (of_known * rest)
         self._across(hessian, weights, forces if bending is None else bending, by_surface, by_light)
         return total / 2, gradient, hessian, left
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import Block, RowKey
-from spectral_core.palette.qp.engine import Answer, Engine
+from spectral_core.palette.qp.engine import Engine
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ class Projected:
 
 
 def _exact_forces(inner: Assembled, outer: Assembled, answer: Answer) -> list[Array]:
-    """Multipliers of exact rows on the outer side: an exact cell has the same force there as on the inner side."""
+    """Multipliers of exact rows on the outer side: an exact cell has the same multiplier there as on the inner side."""
     multipliers: dict[RowKey, Array] = {}
     for block, force in zip(inner.quadratic.blocks, answer.forces, strict=True):
         for r, key in enumerate(block.keys):

@@ -34,7 +34,7 @@ from spectral_core.palette.design.whole import SECONDS, designed
 from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells, least_difference
 from spectral_core.palette.distinct.step import Step, StepAnswer, solve_step
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.engine import Answer
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.optimality import Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
@@ -53,9 +53,9 @@ FIRST_RADIUS, LAST_RADIUS, LARGEST_RADIUS = 20.0, 0.05, 60.0
 SETTLED = 1e-3
 """ΔE2000 by which a step must improve for another to follow."""
 RIDGE = 1e-4
-"""Ridge on every unknown, in ΔE2000: free colors have no other curvature."""
-START_PULL = 100.0
-"""Force on a start along its directions, in ΔE2000 per unit of linear RGB."""
+"""On every unknown, in ΔE2000: free colors have no other curvature."""
+START_SLOPE = 100.0
+"""ΔE2000 per unit of linear RGB with which a start is drawn along its directions."""
 
 
 def solve_distinct(
@@ -193,7 +193,7 @@ class _Search:
         rows, target = linked.least_squares()
         # Everything is divided by κ, so that t weighs 1.
         self._hessian = sparse.csc_matrix(rows.T @ rows) / cells.worth
-        self._pull = np.asarray(rows.T @ target) / cells.worth
+        self._linear = np.asarray(rows.T @ target) / cells.worth
         self._target_cost = 0.5 * float(target @ target) / cells.worth
         self._base = self._own_step()
 
@@ -201,8 +201,8 @@ class _Search:
         """Unknowns that spread the cells along random directions, as far as the other criteria allow."""
         directions = rng.normal(size=(len(self._cells.cells), 3))
         directions -= directions.mean(axis=0)
-        pull = START_PULL * np.einsum("ck,ckn->n", directions, self._cells.matrices)
-        return self._solve(replace(self._base, linear=self._base.linear - pull))
+        linear = START_SLOPE * np.einsum("ck,ckn->n", directions, self._cells.matrices)
+        return self._solve(replace(self._base, linear=self._base.linear - linear))
 
     def nearest(self, values: Array) -> StepAnswer:
         """Feasible unknowns near given spectra, which are behind the free colors in x."""
@@ -233,7 +233,7 @@ class _Search:
 
     def _cost(self, x: Array) -> float:
         """½ ||M x − y||² in units of ΔE2000."""
-        return float(0.5 * x @ (self._hessian @ x) - self._pull @ x) + self._target_cost
+        return float(0.5 * x @ (self._hessian @ x) - self._linear @ x) + self._target_cost
 
     def _merit(self, x: Array) -> float:
         return float(self._cells.differences(self._cells.colors(x)).min()) - self._cost(x)
@@ -252,7 +252,7 @@ class _Search:
         free = free & (self._gamut != GAMUTS[2])
         return Step(
             hessian=self._hessian + RIDGE * sparse.identity(size, format="csc"),
-            linear=-self._pull,
+            linear=-self._linear,
             equality=sparse.csc_matrix(equality),
             equality_target=equality_target,
             rows=own[free],

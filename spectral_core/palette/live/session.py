@@ -70,6 +70,7 @@ class PaletteSession:
     once, when the session begins.
     """
 
+    @on_one_thread
     def __init__(self, problem: PaletteProblem, *, rounds_per_edit: int = 1) -> None:
         self.rounds_per_edit = rounds_per_edit
         self._solution = solve_palette(problem, explain=False, seconds=FIRST_SECONDS)
@@ -150,10 +151,13 @@ class PaletteSession:
             return None
         old = before.cells[index[0]][index[1]]
         weight = cell.weight / assembler.requests.weight_scale
-        weights = [weight, *(each.weight for each in assembler.requests.targets)]
-        weights += [each for group in assembler.requests.groups for each in group.weights]
-        if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights) or old.weight == 0:
-            return None  # weights are capped, or a cell has no request any more
+        if cell.weight != old.weight:
+            weights = [weight, *(each.weight for each in assembler.requests.targets)]
+            weights += [each for group in assembler.requests.groups for each in group.weights]
+            if min(weights) <= 0 or max(weights) > WEIGHT_RATIO * min(weights):
+                return None  # weights are capped
+        if cell.weight == 0 or old.weight == 0:
+            return None  # a cell has no request any more
         if cell.mode not in TARGET_MODES or old.mode not in TARGET_MODES:
             return None
         if assembler.in_group(index) or len(assembler.requests.conditions) > 1 or assembler.requests.notes:
@@ -169,7 +173,8 @@ class PaletteSession:
     # -- solving -------------------------------------------------------------------------------------------------------
 
     def _resolve(self, rounds: int, started: float, changed: int | None = None) -> LivePalette:
-        if wants_distinct(self._problem):
+        # An edit of one target leaves it a target.
+        if changed is None and wants_distinct(self._problem):
             return self._resolve_distinct(started)
         both, perceptual = len(self._rounds.sides) == 2, self._problem.match == "perceptual"
         matrices = None

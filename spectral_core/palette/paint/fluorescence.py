@@ -51,10 +51,6 @@ class FluorescentSurface:
         """Share of the light at each knot that is returned, in photons or in power, the larger of both: (n,)."""
         return self.reflectance.values + share_per_amount(self.dyes, self.grid.wavelengths_nm) @ self.amounts
 
-    def returned_energy(self) -> Array:
-        """Share of the light at each knot that is reflected or emitted again, (n,)."""
-        return self.reflectance.values + energy_per_amount(self.dyes, self.grid) @ self.amounts
-
     def bispectral_matrix(self) -> Array:
         """Donaldson matrix (n, n) on the grid: radiance at the knots from the light's power at the knots."""
         knots, widths = self.grid.wavelengths_nm, self.grid.cell_widths_nm
@@ -78,12 +74,6 @@ class FluorescentSurface:
         return color
 
 
-def energy_per_amount(dyes: Sequence[FluorescentDye], grid: SpectralGrid) -> Array:
-    """(n, k): share of light at each knot that a unit amount of each dye emits again."""
-    columns = [dye.excitation_on(grid) for dye in dyes]
-    return np.stack(columns, axis=1) if columns else np.zeros((grid.size, 0))
-
-
 def color_from_surface(
     light: Spectrum, dyes: Sequence[FluorescentDye], grid: SpectralGrid, viewer: Observer | None = None
 ) -> Array:
@@ -100,11 +90,6 @@ def color_from_light(surface: FluorescentSurface, grid: SpectralGrid, viewer: Ob
         excited = grid.against_hats(points, dye.excitation_at(points, surface.grid) * weights)[0]
         matrix = matrix + amount * np.outer(dye.emitted_rgb(viewer), excited)
     return matrix
-
-
-def energy_rows(dyes: Sequence[FluorescentDye], grid: SpectralGrid) -> Array:
-    """(n, n + k): light returned at each knot, as ``returned_share`` counts it, from reflectance values and amounts."""
-    return np.concatenate([np.eye(grid.size), share_per_amount(dyes, grid.wavelengths_nm)], axis=1)
 
 
 def led(peak_nm: float, *, power: float = 1.0, width_nm: float = 8.0) -> Illuminant:

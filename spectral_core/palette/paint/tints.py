@@ -23,8 +23,9 @@ from spectral_core.palette.design.rounds import SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.paint.mixtures import paint_mixture, paint_slope, tint_differences
 from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import Block
-from spectral_core.palette.qp.engine import Answer, solve
+from spectral_core.palette.qp.engine import solve
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import PaletteSolution

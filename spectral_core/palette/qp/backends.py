@@ -31,7 +31,7 @@ def lone_spectrum(
 ) -> tuple[Array, Mask] | None:
     """One spectrum at given free colors, by daqp, and the samples off their bounds; None if it fails.
 
-    With many exact rows or heavy rows, the answer is a guess of the active bounds rather than an optimum.
+    Where exact rows are many, or weights very large, the answer is a guess of the active bounds more than an optimum.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ def lone_spectrum(
     hessian, linear = spectrum.hessian, spectrum.linear - colors @ spectrum.ties
     right = spectrum.border_target + spectrum.border_ties @ colors
     if not exact.all():
-        # daqp takes no compliances. Heavy rows go back into H, capped: the answer serves as a guess of active bounds
-        # only.
-        heavy, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
-        hessian = hessian + (heavy.T * stiffness) @ heavy
-        linear = linear - (stiffness * right[~exact]) @ heavy
+        # daqp takes no compliances. Rows of large weight go back into H, capped: the answer serves as a guess of
+        # active bounds only.
+        stiff, stiffness = spectrum.border[~exact], np.minimum(1.0 / spectrum.compliance[~exact], STIFFEST)
+        hessian = hessian + (stiff.T * stiffness) @ stiff
+        linear = linear - (stiffness * right[~exact]) @ stiff
     rows, equal = np.ascontiguousarray(spectrum.border[exact]), right[exact]
     high, low = np.minimum(upper, FAR), np.maximum(lower, -FAR)
     sense = np.zeros(size + len(equal), dtype=np.int32)

@@ -56,7 +56,9 @@ FAILED = Check(np.inf, np.inf, np.inf)
 PERFECT = Check(0.0, 0.0, 0.0)
 
 
-def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
+def checked(
+    problem: Quadratic, x: Array, forces: Array | Sequence[Array], misses: Array | Sequence[Array] | None = None
+) -> Check:
     """Check an answer by the Karush-Kuhn-Tucker conditions.
 
     Parameters
@@ -68,43 +70,30 @@ def checked(problem: Quadratic, x: Array, forces: Sequence[Array]) -> Check:
     forces
         Multiplier of each row of each block, (m,) each: at an optimum ω_r (a_r·x − t_r − τ_r·g), and for exact rows
         whatever makes the gradient vanish.
+    misses
+        ``problem.all_misses(x)``, where it is at hand.
     """
-    if not np.all(np.isfinite(x)):
+    if not np.isfinite(x).all():
         return FAILED
-    # Divided by the curvature of a visible error, the gradient is a distance in x, comparable with the bounds.
-    gradient = problem.gradient(x, forces) / _scale(problem)
-    # The projected step: 0 exactly if each gradient component vanishes or points into its active bound.
-    kkt = float(np.abs(x - np.clip(x - gradient, problem.lower, problem.upper)).max(initial=0.0))
+    # Divided by the curvature that a visible error has, the gradient is a distance in x, comparable with the bounds.
+    gradient = problem.gradient(x, forces) / problem.gradient_scale
+    # The projected step: 0 exactly where each gradient component vanishes or pushes into its active bound.
+    stepped = np.minimum(np.maximum(x - gradient, problem.lower), problem.upper)
+    kkt = float(np.abs(x - stepped).max(initial=0.0))
     equality = 0.0
-    if problem.stack is not None:
-        soft, exact = problem.stack.soft_weights, problem.stack.exact
-        misses = problem.stack.misses(x[problem.offsets[0] :].reshape(len(problem.blocks), -1), x[: problem.offsets[0]])
-        kkt = max(kkt, _unexplained(misses, np.asarray(forces), soft))
-        equality = float(np.abs(misses[exact]).max(initial=0.0))
+    misses = problem.all_misses(x) if misses is None else misses
+    stack = problem.stack
+    # A multiplier must be what its row leaves times its weight, or it explains nothing.
+    if stack is not None:
+        unexplained = np.abs(stack.soft * misses - stack.softness * np.asarray(forces))
+        kkt = max(kkt, float(unexplained.max(initial=0.0)))
+        if problem.has_equalities:
+            equality = float(np.abs(np.asarray(misses)[stack.exact]).max(initial=0.0))
     else:
-        for block, left, force in zip(problem.blocks, problem.all_misses(x), forces, strict=True):
-            kkt = max(kkt, _unexplained(left, force, block.soft_weights))
+        for block, left, force in zip(problem.blocks, misses, forces, strict=True):
+            soft = block.soft_weights > 0
+            unexplained = np.abs(left[soft] - force[soft] / block.soft_weights[soft])
+            kkt = max(kkt, float(unexplained.max(initial=0.0)))
             equality = max(equality, float(np.abs(left[block.exact]).max(initial=0.0)))
     outside = float(np.maximum(problem.lower - x, x - problem.upper).max(initial=0.0))
     return Check(kkt, outside, equality)
-
-
-def _unexplained(misses: Array, forces: Array, weights: Array) -> float:
-    """A multiplier must equal its row's residual times its weight; otherwise it does not explain the gradient."""
-    soft = weights > 0
-    return float(np.abs(misses[soft] - forces[soft] / weights[soft]).max(initial=0.0))
-
-
-def _scale(problem: Quadratic) -> Array:
-    """Reference size of each unknown's gradient: ``Block.scale``, and for a color the weight of its lightest cell."""
-    lightest = np.full(problem.color_lower.size, np.inf)
-    for block in problem.blocks:
-        # The least weight that is tied to a color decides; otherwise an error of a light cell would vanish beside heavy
-        # ones.
-        lightest = np.minimum(lightest, block.lightest_ties)
-    if problem.known_weights.size and lightest.size:
-        known = np.where(problem.known_ties != 0, problem.known_weights[:, None], np.inf)
-        lightest = np.minimum(lightest, known.min(axis=0))
-    lengths = [block.lower.size for block in problem.blocks]
-    colors = np.where(np.isfinite(lightest), lightest, 1.0)
-    return np.concatenate([colors, np.repeat([block.scale for block in problem.blocks], lengths)])

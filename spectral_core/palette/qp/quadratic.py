@@ -73,6 +73,27 @@ class Quadratic:
         shapes = {(block.rows.shape, id(block.gram)) for block in self.blocks}
         return Stack.of(self.blocks) if len(shapes) == 1 and len(self.blocks) > 1 else None
 
+    @cached_property
+    def gradient_scale(self) -> Array:
+        """What the gradient by each unknown is compared with in a check.
+
+        ``Block.scale``, and by color the weight of its lightest cell: the least weight that ties a color decides, or an
+        error of a cell of small weight would vanish beside large ones.
+        """
+        stacked = self.stack
+        if stacked is not None:
+            lightest = stacked.lightest_ties.min(axis=0, initial=np.inf)
+            scales = stacked.scales
+        else:
+            ties = [block.lightest_ties for block in self.blocks]
+            lightest = np.min(ties, axis=0, initial=np.inf) if ties else np.full(self.color_lower.size, np.inf)
+            scales = np.array([block.scale for block in self.blocks])
+        if self.known_weights.size and lightest.size:
+            known = np.where(self.known_ties != 0, self.known_weights[:, None], np.inf)
+            lightest = np.minimum(lightest, known.min(axis=0))
+        colors = np.where(np.isfinite(lightest), lightest, 1.0)
+        return np.concatenate([colors, np.repeat(scales, np.diff(self.offsets))])
+
     def with_block(self, k: int, block: Block) -> Quadratic:
         """The same problem with other targets or weights in one block; all parts that do not depend on them are
         kept.
@@ -84,16 +105,20 @@ class Quadratic:
         )
         for name in ("offsets", "lower", "upper"):
             found.__dict__[name] = getattr(self, name)
+        same_weights = block.weights is self.blocks[k].weights
+        if same_weights:
+            for name in ("has_equalities", "gradient_scale"):
+                found.__dict__[name] = getattr(self, name)
         if self.stack is not None:
-            found.__dict__["stack"] = self.stack.with_block(k, block)
+            found.__dict__["stack"] = self.stack.with_block(k, block, same_weights=same_weights)
         return found
 
-    def all_misses(self, x: Array) -> list[Array]:
-        """Residual of each row of each block, unweighted."""
+    def all_misses(self, x: Array) -> Array | list[Array]:
+        """What each row of each block leaves, unweighted: (K, m), or a list where the blocks differ in shape."""
         count = self.offsets[0]
         if self.stack is not None:
-            # One batched product instead of K small ones, which are mostly overhead.
-            return list(self.stack.misses(x[count:].reshape(len(self.blocks), -1), x[:count]))
+            # One batched product instead of K small ones, which are all overhead.
+            return self.stack.misses(x[count:].reshape(len(self.blocks), -1), x[:count])
         _, values = self.split(x)
         return [block.misses(value, x[:count]) for block, value in zip(self.blocks, values, strict=True)]
 
@@ -142,19 +167,19 @@ class Quadratic:
             found.append(force)
         return found
 
-    def gradient(self, x: Array, forces: Sequence[Array]) -> Array:
+    def gradient(self, x: Array, forces: Array | Sequence[Array]) -> Array:
         """Gradient of the Lagrangian by all unknowns, from the rows' multipliers."""
         colors, values = self.split(x)
         by_colors = self.known_ties.T @ (self.known_weights * (self.known_targets + self.known_ties @ colors.ravel()))
         if by_colors.size == 0:
             by_colors = np.zeros(colors.size)
         if self.stack is not None:
-            pulls = np.array(forces)
+            forces = np.asarray(forces)
             # Aᵀ of each block times its forces, as one batched product.
-            own = np.matmul(pulls[:, None, :], self.stack.rows)[:, 0]
+            own = np.matmul(forces[:, None, :], self.stack.rows)[:, 0]
             own += x[colors.size :].reshape(own.shape) @ self.blocks[0].gram
             if colors.size:
-                by_colors = by_colors - np.matmul(pulls[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
+                by_colors = by_colors - np.matmul(forces[:, None, :], self.stack.ties)[:, 0].sum(axis=0)
             return np.concatenate([by_colors, own.ravel()])
         parts = []
         for block, value, force in zip(self.blocks, values, forces, strict=True):

@@ -210,9 +210,9 @@ def _fitted(colorants: Colorants, matrix: Array, wanted: Array, chosen: tuple[in
         return amounts
 
     def residual(part: Array) -> Array:
-        # Shares of paint have a free scale; a small force to sum 1 makes the answer unique.
-        pull = [1e-3 * (part.sum() - 1)] if colorants.kind == "paints" else []
-        return np.concatenate([(_lab(matrix, colorants.reflectance(full(part))) - wanted).ravel(), pull])
+        # Shares of paint are scale free; a small weight on the sum 1 makes the answer unique.
+        of_sum = [1e-3 * (part.sum() - 1)] if colorants.kind == "paints" else []
+        return np.concatenate([(_lab(matrix, colorants.reflectance(full(part))) - wanted).ravel(), of_sum])
 
     low = 1e-9 if colorants.kind == "paints" else 0.0
     starts = [np.full(len(chosen), 1 / len(chosen)), np.full(len(chosen), 0.1), np.linspace(0.6, 0.1, len(chosen))]

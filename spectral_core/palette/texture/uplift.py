@@ -26,7 +26,7 @@ from spectral_core.spectra.spectrum import Illuminant
 Array = NDArray[np.float64]
 WIDTH = 0.12
 """Standard deviation, in linear RGB, of the region that a constraint moves."""
-PULL = 300.0
+FIELD_WEIGHT = 300.0
 """Weight of the wanted color under the second light against smoothness."""
 CORRECTIONS = 6
 REACHED = 1e-4
@@ -154,7 +154,7 @@ def _require_apart(pins: Sequence[Pin]) -> None:
 
 
 class _LatticeSolver:
-    """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + PULL |N2 r - field|^2.
+    """One small quadratic program per node, all with the same matrices: min |D2 r|^2 + FIELD_WEIGHT |N2 r - field|^2.
 
     The unknowns are weights of a basis: r = basis^T w with 0 <= w <= 1.
     """
@@ -179,7 +179,7 @@ class _LatticeSolver:
         chosen = np.arange(len(self.colors)) if only is None else only
         hessian = self.smoothness
         if field is not None and self.second is not None:
-            hessian = hessian + PULL * self.second.T @ self.second
+            hessian = hessian + FIELD_WEIGHT * self.second.T @ self.second
         knots = len(hessian)
         upper = np.concatenate([np.ones(knots), np.zeros(3)])
         lower = np.zeros(knots + 3)
@@ -187,7 +187,7 @@ class _LatticeSolver:
         answers = np.empty((len(chosen), knots))
         linear = np.zeros((len(chosen), knots))
         if field is not None and self.second is not None:
-            linear = -PULL * field @ self.second
+            linear = -FIELD_WEIGHT * field @ self.second
         # Set up once: the Cholesky factor of the Hessian takes ten times as long as a node's program.
         program = daqp.Model()
         program.setup(hessian, linear[0], np.ascontiguousarray(self.first), upper, lower, sense)

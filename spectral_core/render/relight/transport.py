@@ -199,15 +199,6 @@ def under_flat_light(scene: Scene) -> Scene:
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
 
 
-def under_lights(scene: Scene, spectra: Mapping[str, Spectrum]) -> Scene:
-    """The scene with new spectra for the lights of each named group: the reference for a relit picture."""
-
-    def lit(item: Any) -> Any:
-        return replace(item, color=spectra[item.group]) if item.group in spectra else item
-
-    return replace(scene, lights=tuple(lit(light) for light in scene.lights), world=lit(scene.world))
-
-
 def _colorless(paint: Any) -> Any:
     """A varying emission stays as a filter of the flat light; a constant color or spectrum is removed."""
     return gray(1.0) if isinstance(paint, (Color, Spectrum)) else paint
