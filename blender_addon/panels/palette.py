@@ -177,7 +177,7 @@ def draw_robustness(layout: UILayout, context: Context) -> None:
     palette = context.scene.spectral.palette
     hint = layout.column()
     hint.active = False
-    wrapped(hint, context, "Cells that should match, match for these eyes, and under the variants of each lamp.")
+    wrapped(hint, context, "Matching cells hold for these observers, and under the variants of each lamp.")
     layout.column(align=True).prop(palette, "observers")
     layout.use_property_split = True
     layout.use_property_decorate = False

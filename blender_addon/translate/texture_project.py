@@ -128,5 +128,5 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
             for each in figures["whites"]
             if each["observer"] in OBSERVERS
         ]
-        lines.append(f"Other eyes see tinted whites, ΔE {', '.join(others)}.")
+        lines.append(f"Other observers see tinted whites, ΔE {', '.join(others)}.")
     return lines

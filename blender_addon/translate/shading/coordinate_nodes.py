@@ -129,7 +129,7 @@ def _not_read(reader: Reader, output: Output) -> Any:
         reader.note(f"{output.label!r} is not simulated; edges stay sharp")
         return normal_of(reader, output.input("Normal"))
     if output.node.type == "AMBIENT_OCCLUSION":
-        reader.note(f"{output.label!r} is not simulated; everything counts as open")
+        reader.note(f"{output.label!r} is not simulated; every point counts as unoccluded")
         return reader.read(output, "Color", np.ones(3)) if output.socket.type == "RGBA" else 1.0
     reader.note(f"{output.label!r} is not read; a neutral gray was used")
     return np.full(3, NEUTRAL) if output.socket.type in ("RGBA", "VECTOR") else NEUTRAL
