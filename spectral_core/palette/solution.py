@@ -43,9 +43,8 @@ class PaletteStatus(StrEnum):
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (
-        "Some colors cannot be reached together. Raise the weight of those that matter, free or ignore "
-        "a conflicting cell, let "
-        "a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
+        "Some colors cannot be reached together. Raise the weight of those that matter, free or ignore a conflicting "
+        "cell, let a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
     ),
     PaletteStatus.EXACT_CONFLICT: (
         "Not all exact cells can hold at once; the closest compromise is shown. Make one of the conflicting cells not "

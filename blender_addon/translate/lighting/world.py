@@ -104,7 +104,7 @@ def _number(reader: Reader, place: Input | None, fallback: float, *, camera: boo
     name = source.socket.name
     if name != "Is Camera Ray":
         reader.note(
-            f"{name} in the world depends on the type of ray, which is not supported here; the value for diffuse "
+            f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
             "surfaces was used"
         )
     return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))

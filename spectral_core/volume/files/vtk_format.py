@@ -168,7 +168,7 @@ class _Parser:
             self._numbers("unsigned_char" if self._binary else "float", 4 * int(words[1]))
         else:
             raise FileFormatError(
-                f"{self.path.name} has the unknown section {key[:30]!r}; the file is truncated, invalid or of a newer format"
+                f"{self.path.name} has the unknown section {key[:30]!r}; the file is damaged or of a newer format"
             )
 
     def _field_line(self) -> tuple[str, int, int, str]:
