@@ -79,7 +79,7 @@ class Trial:
         self.new_view()
 
     def new_view(self) -> None:
-        """What Blender does where a 3D view is switched to Rendered mode."""
+        """The calls that Blender makes when a 3D view is switched to Rendered mode."""
         from blender_addon.editing.viewport.session import ViewSession
 
         if self.session is not None:
@@ -178,7 +178,7 @@ class Trial:
             self.wrong.append(f"{what}: differs from a fresh view by {error:.1e} of its mean")
 
     def figures(self) -> dict[str, Any]:
-        """What was found."""
+        """The results."""
         link, memory = self.session.link, np.array(self.memory or [0]) / 1e6
         return {
             "changes": sum(self.counts[name] for name in self.kinds),
@@ -248,7 +248,9 @@ def context() -> Any:
 
 
 def followed(session: Any, seen: Any, edit: Any) -> None:
-    """What Blender does after an edit: its handlers see the same list of updates as the view of an engine."""
+    """The calls that Blender makes after an edit: its handlers see the same list of updates as the view of an
+    engine.
+    """
     import bpy
 
     def follow(_scene: Any, depsgraph: Any) -> None:
