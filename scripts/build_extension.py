@@ -32,6 +32,7 @@ BUNDLED = [
     *("mitsuba", "drjit", "scipy", "daqp", "piqp", "threadpoolctl", "OpenEXR"),
     *("pynrrd", "nibabel", "tifffile", "mido", "python-osc"),
     *("importlib_resources", "typing_extensions", "packaging"),
+    "colour-science",  # what lamp recipes measure color rendering by; without imageio, which reads no picture there
 ]
 """Never numpy: Blender has its own. What these need beyond numpy is listed here too."""
 
@@ -70,7 +71,8 @@ def download(platform: str, pythons: list[str]) -> list[Path]:
             listed.write_text("\n".join(wanted))
             tags = [part for tag in PLATFORM_TAGS[platform] for part in ("--platform", tag)]
             run(sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:", "--dest",
-                str(folder), "--python-version", python, *tags, "--require-hashes", "-r", str(listed))  # fmt: skip
+                str(folder), "--python-version", python, *tags, "--require-hashes", "-r", str(listed),
+                "--ignore-requires-python")  # fmt: skip  # colour-science is pure Python, and does not know 3.14 yet
             stamp.write_text("\n".join(wanted))
         found += folder.glob("*.whl")
     return list({path.name: path for path in found}.values())

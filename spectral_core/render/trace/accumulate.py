@@ -201,9 +201,14 @@ class Accumulator:
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # what is not covered shows the environment: taken out in expectation
         radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
-        if self.frame.camera.panorama is not None:  # outside a fisheye's circle there is nothing
+        if self._sees_partly:  # outside a fisheye's circle there is nothing
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite
+
+    @property
+    def _sees_partly(self) -> bool:
+        """Whether some rays look nowhere."""
+        return self.frame.camera.panorama is not None
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport its wavelengths' cells and places within them."""
