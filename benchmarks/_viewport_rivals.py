@@ -21,7 +21,7 @@ from blender_addon import jobs
 blender_addon.register()
 bpy.context.preferences.view.show_splash = False
 SETTINGS = json.loads(os.environ["SPECTRAL_SETTINGS"])
-SAMPLES, F12_SIZE, MANY = SETTINGS["samples"], (128, 72), 1024
+SAMPLES, F12_SIZE, MANY = SETTINGS["samples"], (96, 54), SETTINGS["many"]
 REST_S = 1.5
 """Cycles has ended where its threads have done nothing for so long."""
 PATIENCE_S = 240.0

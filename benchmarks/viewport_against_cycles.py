@@ -38,9 +38,10 @@ def run(options: Options) -> dict[str, Any]:
         print("nothing is measured: SPECTRAL_REAL_BLENDER names no Blender with a window", file=sys.stderr)
         return {"holds": {}}
     names = options.extra or list(SCENES)[: 1 if options.quick else None]
-    settings = {"scenes": names, "samples": 8 if options.quick else 32, "rounds": 1 if options.quick else 3}
+    settings = {"scenes": names, "samples": 4, "rounds": 1, "many": 128} if options.quick else {}
+    settings = settings or {"scenes": names, "samples": 16, "rounds": 2, "many": 512}
     done = subprocess.run(
-        [*shlex.split(command), "--factory-startup", "-p", "0", "0", "700", "480", "--python",
+        [*shlex.split(command), "--factory-startup", "-p", "0", "0", "420", "320", "--python",
          str(ROOT / "benchmarks" / "_viewport_rivals.py")],
         env={**os.environ, "SPECTRAL_PATHS": os.pathsep.join([str(ROOT), os.environ.get("SPECTRAL_PATHS", "")]),
              "SPECTRAL_SETTINGS": json.dumps(settings)},

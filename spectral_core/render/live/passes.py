@@ -79,7 +79,7 @@ class Launcher(Accumulator):
         """
         if self._inputs is None:
             self.refresh()
-        self._kind = kind
+        self._kind, self._sees_partly = kind, bool(kind)
         if kind not in self._frozen:
             self._frozen[kind] = self._freeze(self._launch)
         launch = self._frozen[kind] if self.is_recorded else self._launch
@@ -137,10 +137,6 @@ class Launcher(Accumulator):
         ray.maxt = length
         ray.has_differentials = False
         return ray, *self._draw_wavelengths(ray, spectral)
-
-    @property
-    def _sees_partly(self) -> bool:
-        return bool(self._kind)
 
     def _lens(self, n: list[Any], draw: Any) -> Any:
         """A point of the lens, in world units."""

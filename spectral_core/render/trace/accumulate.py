@@ -64,6 +64,7 @@ class Accumulator:
 
         self._mi, self._dr = mitsuba, drjit
         self.film, self.frame = film, camera_frame(camera, film)
+        self._sees_partly = camera.panorama is not None  # some rays have no direction
         self.samples = 0
         self._offsets = mitsuba.Float(filter_offsets(film))
         self.plan = wavelengths
@@ -205,11 +206,6 @@ class Accumulator:
         if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite
-
-    @property
-    def _sees_partly(self) -> bool:
-        """True if some rays have no direction."""
-        return self.frame.camera.panorama is not None
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
         """Camera ray of a sample, and for spectral transport the cells of its wavelengths and positions within them."""
