@@ -63,8 +63,7 @@ class Accumulator:
         import drjit
 
         self._mi, self._dr = mitsuba, drjit
-        self.film, self.frame = film, camera_frame(camera, film)
-        self._sees_partly = camera.panorama is not None  # some rays have no direction
+        self.film, self.frame, self._sees_partly = film, camera_frame(camera, film), camera.panorama is not None
         self.samples = 0
         self._offsets = mitsuba.Float(filter_offsets(film))
         self.plan = wavelengths
