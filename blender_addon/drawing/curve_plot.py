@@ -40,7 +40,7 @@ class Plot:
         inside = (wavelengths_nm > first) & (wavelengths_nm < last)
         x = np.concatenate([[first], wavelengths_nm[inside], [last]])
         y = np.interp(x, wavelengths_nm, values, left=0.0, right=0.0)
-        keep = (x >= wavelengths_nm[0]) & (x <= wavelengths_nm[-1])  # no line down to zero where nothing is known
+        keep = (x >= wavelengths_nm[0]) & (x <= wavelengths_nm[-1])  # no line down to zero outside the measured range
         return np.stack([self.across(x[keep]), self.up(y[keep])], axis=1)
 
     def corners(self) -> Array:

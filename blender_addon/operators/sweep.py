@@ -12,7 +12,7 @@ from ..editing.sweep_points import keyframe_path, set_point
 from .common import UNDOABLE, paths_under_pointer, reporting, require_index, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
-"""Kinds of properties that a sweep varies: numbers, switches, lists."""
+"""Types of properties that a sweep varies: numbers, switches, lists."""
 
 
 class SPECTRAL_OT_sweep_add(bpy.types.Operator):

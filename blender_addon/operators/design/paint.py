@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fluorescent dyes of the material that is selected in the palette, and of the active material of the scene."""
+"""Fluorescent dyes of the selected material of the palette, and of the active material of the scene."""
 
 import bpy
 from bpy.props import IntProperty
@@ -20,7 +20,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
     bl_idname = "spectral.palette_dye"
     bl_label = "Add Dye"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The dye to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -42,7 +42,7 @@ class SPECTRAL_OT_material_dye(bpy.types.Operator):
     bl_idname = "spectral.material_dye"
     bl_label = "Add Dye"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The dye to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:

@@ -46,7 +46,7 @@ def _read(path: Path, _changed_ns: int) -> SpectralTexture:
 
 
 def spectral_image_of(node: Any) -> SpectralImage:
-    """The node as the renderer takes it. Raises the same errors as ``texture_of``."""
+    """The node for the renderer. Raises the same errors as ``texture_of``."""
     texture = texture_of(node)
     return SpectralImage(
         node.name,
