@@ -190,7 +190,7 @@ def gallery():
         bpy.data.objects.remove(block)
     scene = bpy.context.scene
     scene.render.engine = "SPECTRAL"
-    scene.spectral.viewport.samples = 8
+    scene.spectral.viewport.samples = 4
     scene.world.color = (0, 0, 0)
     with in_view():
         bpy.ops.mesh.primitive_plane_add(size=2)
