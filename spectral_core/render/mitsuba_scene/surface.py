@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closures as rows of the scene's one BSDF, and what a surface emits.
+"""Closures as rows of the scene's one BSDF.
 
 A tree of mixes and sums is a list of closures with weights, as in Cycles; each closure becomes one leaf.
 """
@@ -7,6 +7,7 @@ A tree of mixes and sums is a list of closures with weights, as in Cycles; each 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (
     Color,
     Diffuse,
+    Emission,
     Fluorescent,
     Glass,
     Glossy,
@@ -33,22 +35,22 @@ from spectral_core.scene import (
     Sheen,
     Subsurface,
     Surface,
-    Toon,
     Translucent,
     Transparent,
     Weight,
     weighted_leaves,
 )
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 __all__ = ["emission", "is_dark", "leaves_of"]
 
 MIRROR_ROUGHNESS = 0.03
-"""Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
+"""Roughness from which Cycles treats a surface as rough; below it, it is a perfect mirror (alpha² under 5e-7)."""
 
 
 def leaves_of(context: Context, surface: Surface | None, subject: str) -> list[Leaf]:
-    """What a surface scatters: black where it only emits, clear where there is no surface at all."""
+    """The weighted closures that scatter light at a surface; a clear one for None, a black one if it only emits."""
     if surface is None:
         return [Leaf(Lobe("clear", {}), 1.0)]
     parts = [
@@ -66,7 +68,7 @@ def _leaf(context: Context, weight: Weight, lobe: Lobe, subject: str) -> Leaf:
 
 
 def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
-    """What one closure scatters, as weighted leaves."""
+    """The weighted lobes of one closure, with its normal if it has one."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
@@ -95,18 +97,28 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
         yield weight, Lobe("holdout", {})
     elif isinstance(closure, Sheen):
         yield weight, _sheen(context, (closure.color, closure.roughness, closure.microfiber), subject)
-    elif isinstance(closure, Translucent):
-        yield weight, Lobe("blender_translucent", {"color": paint.color(context, closure.color, subject)})
-    elif isinstance(closure, Toon):
-        size, smooth = (paint.number(context, value, subject) for value in (closure.size, closure.smooth))
-        color = paint.color(context, closure.color, subject)
-        yield weight, Lobe("blender_toon", {"color": color, "size": size, "smooth": smooth, "glossy": closure.glossy})
     elif isinstance(closure, Subsurface):
         medium = (closure.radius, closure.scale, closure.scattering_anisotropy)
         made = _subsurface(context, closure.color, medium, subject)
         yield weight, made or _diffuse(context, Diffuse(closure.color), subject)
     elif isinstance(closure, Principled):
         yield from _principled(context, closure, weight, subject)
+    elif not isinstance(closure, Emission):
+        yield weight, _lobe_of_fields(context, closure, subject)
+
+
+def _lobe_of_fields(context: Context, closure: Closure, subject: str) -> Lobe:
+    """The plugin that is named after a closure's class (``Toon``: ``blender_toon``), with its fields as inputs."""
+    inputs: dict[str, Any] = {}
+    for entry in fields(closure):
+        value = getattr(closure, entry.name)
+        if entry.type == "Paint":
+            inputs[entry.name] = paint.color(context, value, subject)
+        elif entry.type == "Scalar":
+            inputs[entry.name] = paint.number(context, value, subject)
+        elif entry.name != "normal":  # ``_scattering`` bends every closure that has one
+            inputs[entry.name] = value
+    return Lobe(f"blender_{type(closure).__name__.lower()}", inputs)
 
 
 def _diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
@@ -119,7 +131,7 @@ def _diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
 def _subsurface(
     context: Context, color: Paint, medium: tuple[tuple[float, float, float], Scalar, float], subject: str
 ) -> Lobe | None:
-    """Light below the surface (radius, scale, anisotropy); None, with a note, where no path walks there."""
+    """Subsurface scattering (radius, scale, anisotropy); None, with a note, if the integrator does not support it."""
     if not context.walks_below:
         context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
         return None
@@ -139,7 +151,7 @@ def _is_smooth(roughness: Scalar) -> bool:
 
 
 def _direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: Any, subject: str) -> dict[str, Any]:
-    """What makes a lobe anisotropic, nothing where it is not."""
+    """Inputs of an anisotropic lobe; none for an isotropic one."""
     if anisotropy == 0 or tangent is None:
         return {}
     return {
@@ -185,7 +197,7 @@ def _glass(
     *,
     halves: bool = False,
 ) -> Lobe:
-    """``colors``: what is reflected, and what passes."""
+    """``colors``: of the reflection, and of the transmission."""
     roughness = closure.roughness
     smooth = _is_smooth(roughness)
     disperses = isinstance(ior, Spectrum) and context.spectral
@@ -217,10 +229,10 @@ def _principled(context: Context, closure: Principled, weight: Weight, subject: 
     ior = _specular_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
-        # light passes two surfaces on its way through a body, so each takes half of the color
+        # light passes two surfaces on its way through a body, so each applies half of the color
         glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
         yield through, _glass(context, (Tint(np.ones(3)), base), closure, glass_ior, subject, halves=True)
-    # metal keeps its full share; transmission takes its share from what is not metal
+    # metal keeps its full share; transmission replaces a share of the rest
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
         "base_color": base,
@@ -273,7 +285,7 @@ def _is_white(color: Any) -> bool:
 
 
 def _specular_ior(closure: Principled) -> float:
-    """Index of refraction that gives the specular level its reflectance: F0 times twice the level (Blender 4)."""
+    """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
     ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
     if closure.specular_level == 0.5:
         return float(ior)

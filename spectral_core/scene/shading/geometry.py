@@ -140,7 +140,7 @@ def normal_map(xp: Any, color: Any, strength: Any, normal: Any, tangent: Any, bi
 
 @operation("3 1 3", 3)
 def normal_blend(xp: Any, direction: Any, strength: Any, normal: Any) -> Any:
-    """Normal Map node in world or object space: the stored direction, weighed against the normal."""
+    """Normal Map node in world or object space: the stored direction, mixed with the normal."""
     s = xp.maximum(strength, 0.0)
     return normalized(xp, add(normal, multiply(subtract(normalized(xp, direction), normal), s)))
 
@@ -153,7 +153,7 @@ def around_z(xp: Any, generated: Any) -> Any:
 
 @operation("3 3", 3)
 def along_surface(xp: Any, vector: Any, normal: Any) -> Any:
-    """The part of a direction that lies along the surface, of length 1."""
+    """The tangential part of a direction, normalized."""
     return normalized(xp, cross(normal, normalized(xp, cross(vector, normal))))
 
 

@@ -10,7 +10,7 @@ from spectral_core.scene.shading.tuples import choose, clip, each, safe_divide
 
 
 def _wrapped(xp: Any, cell: Any, size: Any, extension: str) -> tuple[Any, Any]:
-    """Column or row inside an image, and whether there is a pixel."""
+    """Column or row inside an image, and True if there is a pixel."""
     inside = (cell >= 0.0) & (cell < size)
     if extension == "repeat":
         cell = cell - size * xp.floor(cell / size)
@@ -31,8 +31,8 @@ def decoded(xp: Any, value: Any) -> Any:
 
 
 def _taps(t: Any, kind: str) -> list[tuple[float, Any]]:
-    """Offsets and weights of the pixels that a filter reads around a place between two pixels."""
-    if kind == "cubic":  # uniform B-spline, as Cycles
+    """Offsets and weights of the pixels in a filter at a position between two pixels."""
+    if kind == "cubic":  # uniform B-spline, as in Cycles
         r = 1.0 - t
         return [
             (-1.0, r * r * r / 6.0),
@@ -124,7 +124,7 @@ def _box_weights(xp: Any, normal: Any, blend: float) -> Any:
     only = (one, zero, zero), (zero, one, zero), (zero, zero, one)
     seams = only[0]
     if blend > 0.0:
-        # pairs blend along an edge of the box, all three sides at a corner
+        # two projections are mixed along an edge of the box, all three at a corner
         share = lambda a, b: clip(xp, (safe_divide(xp, a, a + b) - 0.5 * (1.0 - blend)) / blend)  # noqa: E731
         xy, yz, xz = share(x, y), share(y, z), share(x, z)
         corner = each(lambda c: ((2.0 - limit) * c + (limit - 1.0)) / (2.0 * limit - 1.0), (x, y, z))

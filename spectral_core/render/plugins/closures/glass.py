@@ -53,7 +53,7 @@ def register(mi: Any, dr: Any) -> None:
             return dr.safe_sqrt(color) if self.halves else color
 
         def reflectance(self, facing: Any, eta: Any) -> tuple[Any, Any, Any]:
-            """Share that is reflected, share that passes, and the cosine inside; Refraction alone reflects nothing."""
+            """Reflected share, transmitted share, and the cosine inside; the Refraction BSDF reflects nothing."""
             reflected, inner, _, _ = mi.fresnel(facing, eta)
             if self.reflects:
                 return reflected, 1.0 - reflected, inner

@@ -16,14 +16,14 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the closures for the active variant."""
 
     class BothSides(Closure):
-        """A reflecting closure that only knows its upper side: everything is turned there first.
+        """A reflecting closure that is defined for the upper side; directions of the lower side are mirrored first.
 
         ``anisotropy``, ``rotation`` and ``tangent`` (world directions): all three, or none. ``single``, ``mean``:
         tables of the energy that facets keep.
         """
 
         diffuse_alone = False
-        """Whether only what is diffuse is asked for."""
+        """True if only the diffuse part is evaluated."""
 
         draw: Any
         reflect: Any
@@ -46,7 +46,7 @@ def register(mi: Any, dr: Any) -> None:
             return mi.Vector3f(direction.x, direction.y, dr.mulsign(direction.z, si.wi.z))
 
         def lobe_axes(self, si: Any, active: Any) -> tuple[Any, Any] | None:
-            """Cosine and sine of the lobe's direction in the local frame; None where there is no direction."""
+            """Cosine and sine of the lobe's direction in the local frame; None for an isotropic lobe."""
             if self.anisotropy is None:
                 return None
             along = si.to_local(mi.Vector3f(mi.Color3f(self.tangent.eval_3(si, active))))
@@ -58,7 +58,7 @@ def register(mi: Any, dr: Any) -> None:
 
         @staticmethod
         def aligned(axes: Any, direction: Any, back: bool = False) -> Any:
-            """A direction with the lobe's along x, or back again."""
+            """A direction rotated so that the lobe's is along x, or back."""
             if axes is None:
                 return direction
             cosine, sine = axes[0], -axes[1] if back else axes[1]
@@ -105,10 +105,10 @@ def register(mi: Any, dr: Any) -> None:
             self.color, self.roughness = inputs["color"], inputs["roughness"]
             self.edge_tint = inputs.get("edge_tint", None)
             self.kind = str(inputs.get("distribution", "ggx"))
-            self.keeps_energy &= self.kind == "ggx"  # the table of what is lost between facets is GGX's
+            self.keeps_energy &= self.kind == "ggx"  # the table of energy between facets holds for GGX
 
         def stretch(self, si: Any, active: Any) -> Any:
-            """Cycles' Glossy BSDF counts anisotropy in another way than its metals do, and from -1 to 1."""
+            """Cycles' Glossy BSDF defines anisotropy differently from its metals, and from -1 to 1."""
             if self.anisotropy is None or self.edge_tint is not None:
                 return super().stretch(si, active)
             amount = dr.clip(self.anisotropy.eval_1(si, active), -0.99, 0.99)
@@ -158,7 +158,7 @@ def register(mi: Any, dr: Any) -> None:
             self.below_weight = inputs.get("subsurface_weight", None)
 
         def tinted(self, si: Any, reflectance: Any, active: Any) -> Any:
-            """A dielectric's reflectance with the specular tint on what it reflects when seen straight on."""
+            """A dielectric's reflectance with the specular tint at normal incidence."""
             if self.specular_tint is None:
                 return reflectance
             facing = self.facing_reflectance.eval_1(si, active)
@@ -166,7 +166,7 @@ def register(mi: Any, dr: Any) -> None:
             return dr.lerp(self.specular_tint.eval(si, active) * facing, mi.Spectrum(1.0), grazing)
 
         def layers(self, si: Any, wi: Any, active: Any) -> Any:
-            """Values at a point, and the chance of drawing coat, metal, specular and diffuse."""
+            """Values at a point, and the probabilities of drawing coat, metal, specular and diffuse."""
             color = self.base_color.eval(si, active)
             metallic = dr.clip(self.metallic.eval_1(si, active), 0.0, 1.0)
             roughness = dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
@@ -178,7 +178,7 @@ def register(mi: Any, dr: Any) -> None:
                 coat = coat_weight * self.coat_albedo(coat_roughness, wi.z)
                 below_coat = mi.Spectrum(1.0 - coat)
             if self.coat_weight is not None and self.coat_tint is not None:
-                # absorption on the refracted way through the coat (Cycles: tint to the power of 1 / cosine inside)
+                # absorption along the refracted path through the coat (Cycles: tint to the power of 1 / cosine inside)
                 inner = dr.safe_sqrt(1.0 - (1.0 - wi.z * wi.z) / dr.square(self.coat_ior.eval_1(si, active)))
                 tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
                 below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
@@ -203,7 +203,7 @@ def register(mi: Any, dr: Any) -> None:
             _, metallic, _, below_coat, specular, chances, _, _ = self.layers(si, wi, active)
             start = chances[0] + chances[1] + chances[2]
             share = self.share_below(si, active)
-            # of what is drawn as diffuse the first part goes below the surface
+            # the first part of the samples that are drawn as diffuse goes below the surface
             dives = active & (sample1 >= start) & (sample1 - start < chances[3] * share) & (wi.z > 0.0)
             dive, color = self.below.sample(ctx, si, sample1, sample2, dives)
             above = channel_mean(dr, below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular))
