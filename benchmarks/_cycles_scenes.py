@@ -127,7 +127,7 @@ def sun_and_sky() -> None:
 
 
 def glowing_meshes() -> None:
-    """Rings and balls that glow, among blocks."""
+    """Rings and balls that emit light, among blocks."""
     import bpy
 
     _plane(14, 0.5)

@@ -32,7 +32,9 @@ DYES = {"green": (405.0, 520.0), "red": (525.0, 630.0)}
 
 
 def fluorescence(samples: int) -> Iterator[Compared]:
-    """Two parallel surfaces, one of which also glows, and a room of one material: per band, and energy in all."""
+    """Two parallel surfaces, one of which is also fluorescent, and a room of one material: per band, and energy in
+    all.
+    """
     bands = Bands.uniform(420, 700, 15)
     violet = np.exp(-0.5 * ((KNOTS_NM - 410) / 25) ** 2) + 0.02
     glow = Illuminant("violet", SpectralGrid(KNOTS_NM), violet)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edits of a Blender file at random, each of a kind that an artist makes; none fails, whatever is left in the file."""
+"""Random edits of a Blender file, each of a type that an artist makes; none may fail, whatever the file contains."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading normals: smooth-shaded hard edges, and meshes that glow, flat and smooth."""
+"""Shading normals: smooth-shaded hard edges, and meshes that emit light, flat and smooth."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def _modes(kind: str, name: str) -> list[str]:
 def _texture(
     kind: str, output: str | int = "Color", coordinate: str | None = "Object", **values: Any
 ) -> Callable[[Stage], None]:
-    """The ball glows with a texture over a coordinate."""
+    """The ball emits light with a texture over a coordinate."""
 
     def build(stage: Stage) -> None:
         node = stage.node(kind, **values)
