@@ -49,7 +49,9 @@ class AlbedoLookup:
         import mitsuba as mi
 
         last = SIZE - 1
-        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (dr.safe_sqrt(cosine), roughness))
+        # as ``albedo.nodes`` are spaced
+        x, y = dr.safe_sqrt(dr.safe_sqrt(cosine)), dr.safe_sqrt(roughness)
+        x, y = (dr.clip(place, 0.0, 1.0) * last for place in (x, y))
         column, row = (dr.minimum(mi.UInt32(place), last - 1) for place in (x, y))
         right, up = x - mi.Float(column), y - mi.Float(row)
         at = self.first + row * SIZE + column
