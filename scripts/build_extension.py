@@ -8,6 +8,7 @@ Blender's own validator check it. ``--python 3.11`` keeps one Python only: a sma
 from __future__ import annotations
 
 import argparse
+import base64
 import hashlib
 import importlib.util
 import re
@@ -15,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -98,6 +100,32 @@ def core_wheel() -> Path:
     return next((source / "dist").glob("*.whl"))
 
 
+def isolated(wheel: Path) -> Path:
+    """The wheel of OpenEXR with a module that calls its own functions; another wheel as it is.
+
+    A distribution's Blender shares its OpenEXR with the whole process: see ``spectral_core/files/elf.py``.
+    """
+    if not wheel.name.startswith("openexr-") or "linux" not in wheel.name:
+        return wheel
+    sys.path.insert(0, str(ROOT))
+    from spectral_core.files.elf import made_to_call_itself
+
+    folder = ROOT / "build" / "isolated"
+    folder.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(wheel) as original, zipfile.ZipFile(folder / wheel.name, "w", zipfile.ZIP_DEFLATED) as changed:
+        content = {each.filename: original.read(each) for each in original.infolist()}
+        (module,) = (name for name in content if name.endswith(".so"))
+        (record,) = (name for name in content if name.endswith(".dist-info/RECORD"))
+        content[module] = made_to_call_itself(content[module])
+        digest = base64.urlsafe_b64encode(hashlib.sha256(content[module]).digest()).rstrip(b"=").decode()
+        lines = content[record].decode().splitlines()
+        kept = [line for line in lines if not line.startswith(f"{module},")]
+        content[record] = "\n".join([f"{module},sha256={digest},{len(content[module])}", *kept, ""]).encode()
+        for name, data in content.items():
+            changed.writestr(name, data)
+    return folder / wheel.name
+
+
 def stage(wheels: list[Path], platform: str) -> None:
     """The extension's folder as Blender's builder wants it."""
     shutil.rmtree(STAGE, ignore_errors=True)
@@ -174,7 +202,7 @@ def main() -> None:
     parser.add_argument("--without-llvm", action="store_true", help="leave the LLVM library out, for a quick try")
     parser.add_argument("--name", default="spectral_scene", help="start of the zip's name")
     given = parser.parse_args()
-    wheels = [core_wheel(), *download(given.platform, given.python or list(PYTHONS))]
+    wheels = [core_wheel(), *map(isolated, download(given.platform, given.python or list(PYTHONS)))]
     stage(wheels, given.platform)
     if given.platform == "linux-x64" and not given.without_llvm:
         print(f"extension: {bundle_llvm(STAGE / 'llvm')}")

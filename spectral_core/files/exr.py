@@ -7,11 +7,16 @@ therefore checked: every chunk that its offset tables name must lie within it ("
 
 from __future__ import annotations
 
+import ctypes
+import importlib.metadata
+import importlib.util
 import struct
+import sys
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from spectral_core.errors import FileFormatError, MissingDependencyError
+from spectral_core.files.elf import calls_itself
 from spectral_core.files.guarded import open_regular, reading, require_room
 from spectral_core.files.whole import whole_file
 
@@ -20,12 +25,34 @@ _LINES_PER_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 
 
 
 def openexr() -> Any:
-    """The OpenEXR module. Raises MissingDependencyError where it is not installed."""
+    """The OpenEXR module. Raises MissingDependencyError where it is not installed, or would end the process."""
+    if "OpenEXR" not in sys.modules:
+        _require_own_functions()
     try:
         import OpenEXR
     except ImportError as error:
         raise MissingDependencyError.package("OpenEXR", "an EXR file", "render") from error
     return OpenEXR
+
+
+def _require_own_functions() -> None:
+    """Refuse a module that would call another version of OpenEXR, which its process shares; see ``files.elf``."""
+    found = importlib.util.find_spec("OpenEXR")
+    if found is None or not sys.platform.startswith("linux"):
+        return
+    shared = getattr(ctypes.CDLL(None), "exr_get_library_version", None)
+    if shared is None or calls_itself(Path(str(found.origin))):
+        return
+    numbers = [ctypes.c_int() for _ in range(3)]
+    shared(*map(ctypes.byref, numbers), None)
+    version = ".".join(str(number.value) for number in numbers)
+    own = importlib.metadata.version("OpenEXR")
+    if own.split(".")[:2] != version.split(".")[:2]:
+        raise MissingDependencyError(
+            f"the Python module OpenEXR {own} cannot be used beside OpenEXR {version}, which this program shares with "
+            "all its modules: it would crash. Install the extension from its zip, whose OpenEXR calls itself, or "
+            f"OpenEXR {version.rsplit('.', 1)[0]} for this Python."
+        )
 
 
 def write_exr(path: Path, file: Any) -> None:

@@ -23,16 +23,16 @@ from spectral_core.scene import Note, RenderSettings, Scene
 Array = NDArray[np.float64]
 
 PLAN_SHARE = 0.25
-"""Part of an asked error that the plan may give away; with the noise that is aimed at it makes up the whole."""
+"""Part of an asked error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE = 0.3
-"""Part of the samples that are expected which go everywhere, before tiles are told apart."""
+"""Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
 _ROUNDS = 4
-"""Rounds of adaptive sampling that a prediction reckons with."""
+"""Rounds of adaptive sampling that a prediction assumes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AskedRender:
-    """What came of it: a picture (height, width, 4), bands where they were measured, what was predicted and reached."""
+    """Result of an asked render: picture (height, width, 4), bands if they were measured, prediction and outcome."""
 
     pixels: NDArray[np.float32]
     band_pixels: NDArray[np.float32] | None
@@ -45,7 +45,7 @@ class AskedRender:
 
 
 def is_asked(settings: RenderSettings) -> bool:
-    """Whether an error or a time is asked for; raises InvalidInputError where both are, or neither can be had."""
+    """True if an error or a time is asked for. Raises InvalidInputError if both are, or if neither can be reached."""
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
@@ -57,7 +57,7 @@ def is_asked(settings: RenderSettings) -> bool:
 
 
 def tightened(scene: Scene) -> Scene:
-    """The scene with a tolerance that leaves most of an asked error to the noise."""
+    """The scene with a tolerance that leaves most of an asked error for the noise."""
     asked = scene.settings.target_error
     if asked is None:
         return scene
@@ -123,16 +123,19 @@ def render_asked(
 
 
 def predicted_error(probe: Probe, model: CostModel, spent_s: float, wanted: float) -> Prediction:
-    """What adaptive sampling to an error takes: the law of each run of the probe's pixels, samples where they help."""
+    """Samples and time to reach an error by adaptive sampling, predicted from the law of each run of the probe's
+    pixels.
+    """
     errors, counts = _runs(probe)
     weights = np.ones(len(errors))
     total = 2 * float(for_error(errors, counts, AIM * wanted, weights).mean())
-    if total <= 2.01 * float(counts.mean()):  # fewer than the probe took: by the law of equal samples
+    if total <= 2.01 * float(counts.mean()):  # fewer samples than the probe took: the law of equal samples holds
         total = min(total, _halved(model).for_error(AIM * wanted).samples)
         reached = min(AIM * wanted, _halved(model).error(max(total, 2.0)))
         total = max(total, 2.0)
     else:
-        # Samples are shared out by the law of independent numbers; ours fill the square more evenly, and need fewer.
+        # The allocation assumes independent random numbers; the Sobol points are more evenly spread and need fewer
+        # samples.
         traced = 2 * float(counts.mean())
         total = traced * (total / traced) ** (-0.5 / min(model.slope, -0.5))
         reached = AIM * wanted

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work against precision on a scene: a probe's pixels at several settings, and what follows for the picture.
+"""Work against precision on a scene: a probe's pixels at several settings, and a prediction for the whole picture.
 
-Noise (samples) and bias (fewer bounces, three channels instead of spectra, longer volume steps) are told apart: noise
-by two halves, bias by equal random numbers with and without.
+Noise (samples) is separated from bias (fewer bounces, three channels instead of spectra, longer volume steps): noise by
+the difference of two halves, bias by renders with and without the effect that use the same random numbers.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ class CostPoint:
 
 @dataclass(frozen=True, slots=True)
 class CostCurve:
-    """What accuracy costs in one scene.
+    """Error against time of one scene.
 
-    ``points``: by axis. ``model``: the fitted law of samples. ``samples``: those that the scene has now, with what they
-    lead to in ``now``. ``at_error``: what adaptive sampling to ΔE 1 takes. ``probe_pixels`` and ``seconds``: what it
-    was measured on and how long that took.
+    ``points``: by axis. ``model``: the fitted law of samples. ``samples``: the scene's current number; ``now``: its
+    prediction. ``at_error``: prediction of adaptive sampling to ΔE 1. ``probe_pixels`` and ``seconds``: size and time
+    of the measurement.
     """
 
     points: tuple[CostPoint, ...]
@@ -67,9 +67,9 @@ class CostCurve:
 
 
 def cost_curve(scene: Scene) -> CostCurve:
-    """Measure what accuracy costs in ``scene``, on a few thousand of its own pixels.
+    """Measure error against time of ``scene`` on a few thousand of its own pixels.
 
-    Raises as ``render_scene`` does.
+    Raises the same errors as ``render_scene``.
     """
     from spectral_core.render.still import pass_sizes
 
@@ -78,7 +78,7 @@ def cost_curve(scene: Scene) -> CostCurve:
     plan = plan_effects(scene)
     planned = planning.read().work if pilot_pays(scene) else 0.0
     probe = Probe(RenderJob(scene, plan))
-    # what a render pays when kernels are known, as they are from now on: loading, a pilot, passes
+    # a render with compiled kernels pays for loading, a pilot and passes
     loading = Meter()
     RenderJob(scene, plan)
     fixed = planned + loading.read().work
@@ -100,7 +100,7 @@ def cost_curve(scene: Scene) -> CostCurve:
 
 
 def _expected(scene: Scene, probe: Probe, model: CostModel, spent_s: float) -> Prediction:
-    """What the scene's own settings lead to."""
+    """Prediction for the scene's own settings."""
     settings = scene.settings
     if settings.target_error is not None:
         return predicted_error(probe, model, spent_s, settings.target_error)
@@ -131,7 +131,7 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
         found = tried.trace_to(_BIAS_SAMPLES)
         ratio = tried.seconds_per_path / max(reference.seconds_per_path, 1e-12)
         count = scene.film.samples
-        # noise goes with samples as it does by the plan; the bias stays
+        # noise depends on samples as under the plan; the bias stays
         noise = model.error(count) * found.delta_e / max(model.error(_BIAS_SAMPLES), 1e-9)
         points.append(
             CostPoint(
@@ -143,7 +143,7 @@ def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel)
 
 
 def _alternatives(scene: Scene, plan: EffectPlan) -> list[tuple[str, str, Scene, EffectPlan]]:
-    """Axis, setting, scene and plan of what is worth comparing with the plan."""
+    """Axis, setting, scene and plan of each alternative that is compared with the plan."""
     found = [
         ("bounces", str(count), scene, _with(plan, "bounces", str(count)))
         for count in (0, 1, 2, 4, 8, 16)

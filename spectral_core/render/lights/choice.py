@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which item a surface asks for light: by strength, distance and cosines, with the exact probability of each.
+"""Choice of a light for a receiver: by strength, distance and cosines, with the exact probability of each item.
 
-The weight of an item is a bound of the irradiance that it gives without what stands in between. A choice inverts the
-running sum of the weights, so that stratified numbers stay stratified over the lamps (Shirley et al. 1996, with the
-clusters of Conty and Kulla 2018 above ``EXACT`` items).
+The weight of an item is an upper bound of its irradiance without occlusion. A choice inverts the running sum of the
+weights, so that stratified numbers stay stratified over the lamps (Shirley et al. 1996, with the clusters of Conty and
+Kulla 2018 above ``EXACT`` items).
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from spectral_core.render.lights.hierarchy import FAR_SUN, Hierarchy
 from spectral_core.render.plugins.numbers import table
 
 LEAST_COSINE = 0.02
-"""Share that is left to an item below a receiver's horizon: bumps may face it."""
+"""Least share for an item below a receiver's horizon, because bumps may face it."""
 
 
 @dataclass
 class Receiver:
-    """Where light is asked for: ``place``, the side it counts on (``normal``, zero in a medium), and whether light from
-    behind counts as well.
+    """A point that receives light: ``place``, the side that counts (``normal``, zero in a medium), and ``both_sides``,
+    True if light from behind counts too.
     """
 
     place: Any
@@ -33,7 +33,7 @@ class Receiver:
 
 
 class Choice:
-    """One item of many. ``count``: number of items; with one there is nothing to choose."""
+    """Draws one of ``count`` items; with one item there is nothing to draw."""
 
     def __init__(self, mitsuba: Any, hierarchy: Hierarchy) -> None:
         mi, rows = mitsuba, hierarchy.rows
@@ -46,7 +46,7 @@ class Choice:
         self._has_far = bool(np.any(rows.radii < 0))
         self._has_axes = bool(np.any(rows.axes != 0))
         if self._has_axes:
-            # the sign of the smallest share tells whether both sides shine
+            # the sign of the smallest share encodes a light with two sides
             least = np.where(rows.two_sided, -1.0 - rows.least, rows.least)
             self._axes = flat(np.concatenate([rows.axes, rows.offsets[:, None]], axis=1))
             self._least = flat(least)
@@ -69,7 +69,7 @@ class Choice:
         squared = dr.squared_norm(away)
         inverse = dr.rsqrt(dr.maximum(squared, 1e-30))
         direction = away * inverse
-        # the sine of what the item's extent may turn its direction by, and a bound of that angle
+        # sine of the angle by which the item's extent may change its direction, and a bound of that angle
         slack = 1.5708 * radius * inverse
         spread = dr.rcp(dr.maximum(dr.maximum(squared, radius * radius), 1e-30))
         if self._has_far:
@@ -91,7 +91,7 @@ class Choice:
         return dr.select(active, amount, 0.0)
 
     def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any]:
-        """An item and its probability, 0 where nothing can give light."""
+        """An item and its probability, 0 if no item can illuminate the receiver."""
         import drjit as dr
 
         mi = self._mi
@@ -113,7 +113,7 @@ class Choice:
         return dr.gather(mi.UInt32, self._item_of_row, row, active), probability
 
     def _among(self, rows: tuple[Any, Any], to: Receiver, sample: Any, active: Any) -> tuple[Any, Any, Any]:
-        """One of neighboring rows, its share of their weights, and what is left of the sample."""
+        """One of neighboring rows, its share of their weights, and the rest of the sample."""
         import drjit as dr
 
         mi = self._mi
@@ -155,7 +155,7 @@ class Choice:
         return total
 
     def probability(self, item: Any, to: Receiver, active: Any) -> Any:
-        """How likely ``draw`` gives an item."""
+        """Probability that ``draw`` returns an item."""
         import drjit as dr
 
         mi = self._mi

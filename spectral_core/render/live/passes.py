@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture of a view in interleaved passes: every few pixels first, then those between, then more samples.
+"""The picture of a view in interleaved passes: a coarse grid of pixels, then the pixels between, then more samples.
 
 One launch traces one pixel of each block of ``stride`` × ``stride``. The first launch is a small picture of the whole
-view; all of a block's pixels together are a sample of the full one. A launch is recorded once (``dr.freeze``) and
-played back with other numbers; where recording fails, launches are made anew each time and are slower.
+view; all pixels of a block together are one sample of the full picture. A launch is recorded once (``dr.freeze``) and
+replayed with other numbers; if recording fails, every launch is traced anew and is slower.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from spectral_core.scene import Camera, Film
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
-    """Offsets of a block in the order in which they are traced: every prefix of 1, 4, 16, … is an even grid."""
+    """Offsets in a block in the order of tracing: every prefix of 1, 4, 16, … offsets is a regular grid."""
     order = [(0, 0)]
     step = stride
     while step > 1:
@@ -32,7 +32,7 @@ def block_order(stride: int) -> list[tuple[int, int]]:
 
 
 class Launcher(Accumulator):
-    """Traces launches of one loaded scene; the recording is shared by all views of it."""
+    """Traces launches of one loaded scene; all of its views share the recording."""
 
     def __init__(self, loaded: Loaded, film: Film) -> None:
         import drjit
@@ -45,15 +45,15 @@ class Launcher(Accumulator):
         self._frame: Any = None
         self._frozen = drjit.freeze(self._launch)
         self.is_recorded = True
-        """Whether launches are recorded and played back, which saves most of their time."""
+        """True if launches are recorded and replayed, which saves most of their time."""
 
     @property
     def recordings(self) -> int:
-        """How often a launch was recorded so far."""
+        """Number of recordings so far."""
         return int(self._frozen.n_recordings)
 
     def refresh(self) -> None:
-        """Look again at what the scene's objects hold; call after something in it has changed."""
+        """Collect the arrays of the scene's objects again; call it after each change of the scene."""
         mi, parts = self._mi, self._loaded.scene.parts
         lay_open(parts.context.made, mi)
         plugins = [*parts.context.made, self._loaded.first_hit.background, self._loaded.scene.rules.camera_world]
@@ -66,8 +66,8 @@ class Launcher(Accumulator):
     def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]) -> tuple[Any, Any]:
         """Sums (color, coverage) after one more launch over the pixels ``lane`` of a grid.
 
-        ``camera``: ``Viewpoint.numbers``; ``numbers``: columns of the grid, pixels between two of it, its offset in x
-        and y, first and last sample, seed, width and height of the picture.
+        ``camera``: ``Viewpoint.numbers``; ``numbers``: columns of the grid, its step and its offset in x and y in
+        pixels, first and last sample, seed, width and height of the picture.
         """
         if self._inputs is None:
             self.refresh()
@@ -89,7 +89,7 @@ class Launcher(Accumulator):
         columns, stride, left, bottom, first, total, seed, width, height = (
             dr.gather(mi.UInt32, numbers, mi.UInt32(k)) for k in range(9)
         )
-        # lanes past the end of the last packet read 0, and a division by it ends the process
+        # lanes past the end of the last packet read 0, and a division by 0 ends the process
         columns = dr.maximum(columns, 1)
         x, y = (lane % columns) * stride + left, (lane // columns) * stride + bottom
         corner = mi.Point2f(mi.Float(x), mi.Float(y))
@@ -111,7 +111,7 @@ class Launcher(Accumulator):
         return color, covered
 
     def _ray(self, corner: Any, sampler: Any) -> tuple[Any, Any, Any]:
-        """Ray of a sample through the view's window; every number of it is read by the kernel."""
+        """Ray of a sample through the view's window; the kernel reads all of its numbers from memory."""
         mi, dr = self._mi, self._dr
         place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
         n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(21)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a view looks through: a camera as plain numbers, the size of its picture, and how long it refines."""
+"""The camera of a view as plain numbers, the size of its picture, and the number of its samples."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Array = NDArray[np.float64]
 NUMBERS = 21
 """Length of ``Viewpoint.numbers``."""
 MOST_PIXELS = 1 << 26
-"""Pixels of a view; no display has more."""
+"""Most pixels of a view; larger than any display."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewpoint:
-    """Where a view is taken from, and through which window.
+    """Camera and window of a view.
 
     ``world_from_view``: (4, 4) with unit axes; the view looks along its -Z, +Y up. ``low``, ``high``: (2,) corners of
-    the picture on the plane at distance 1 (perspective) or in world units (orthographic). ``near``, ``far``: distances
-    at which it begins and ends; near may be negative where it is orthographic. ``lens_radius``: 0 for a sharp view.
+    the picture on the plane at distance 1 (perspective) or in world units (orthographic). ``near``, ``far``: clipping
+    distances; near may be negative for an orthographic view. ``lens_radius``: 0 for a pinhole.
     """
 
     world_from_view: Array
@@ -53,7 +53,7 @@ class Viewpoint:
 
     @classmethod
     def of_camera(cls, camera: Camera, film: Film) -> Viewpoint:
-        """What a render of the whole film sees. Raises InvalidInputError for a camera without directions."""
+        """The view of a render of the whole film. Raises InvalidInputError for a singular camera matrix."""
         frame = camera_frame(camera, film)
         placed = np.eye(4)
         placed[:3] = np.stack([frame.right, frame.up, frame.back, frame.origin], axis=1)
@@ -76,21 +76,21 @@ class Viewpoint:
 
     @property
     def window(self) -> tuple[float, ...]:
-        """Width and height of the picture at distance 1, how far its middle is off as a share of it, perspective."""
+        """Width and height of the picture at distance 1, its shift as a share of the size, and 1 for perspective."""
         size, middle = self.high - self.low, (self.high + self.low) / 2
         return (*size, *(middle / size), 1.0 if self.is_perspective else 0.0)
 
     def same_as(self, other: Viewpoint | None) -> bool:
-        """Whether another one sees the same."""
+        """True if another viewpoint gives the same picture."""
         return other is not None and np.array_equal(self.numbers, other.numbers)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewRequest:
-    """One picture that is wanted.
+    """A requested picture.
 
-    ``stage``: which scene. ``width``, ``height`` in pixels. ``samples``: per pixel, then the view rests.
-    ``generation``: number of the request, sent back with the pictures. ``exposure``: factor on the picture.
+    ``stage``: the scene's stage. ``width``, ``height`` in pixels. ``samples``: per pixel, after which the view is
+    complete. ``generation``: number of the request, returned with the pictures. ``exposure``: factor on the picture.
     """
 
     stage: str

@@ -7,6 +7,7 @@ A tree of mixes and sums is a list of closures with weights, as in Cycles; each 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from spectral_core.render.plugins.surfaces.table import Leaf
 from spectral_core.scene import (
     Color,
     Diffuse,
+    Emission,
     Fluorescent,
     Glass,
     Glossy,
@@ -33,12 +35,12 @@ from spectral_core.scene import (
     Sheen,
     Subsurface,
     Surface,
-    Toon,
     Translucent,
     Transparent,
     Weight,
     weighted_leaves,
 )
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 __all__ = ["emission", "is_dark", "leaves_of"]
@@ -48,7 +50,7 @@ MIRROR_ROUGHNESS = 0.03
 
 
 def leaves_of(context: Context, surface: Surface | None, subject: str) -> list[Leaf]:
-    """What a surface scatters: black where it only emits, clear where there is no surface at all."""
+    """The weighted closures that scatter light at a surface; a clear one for None, a black one if it only emits."""
     if surface is None:
         return [Leaf(Lobe("clear", {}), 1.0)]
     parts = [
@@ -66,7 +68,7 @@ def _leaf(context: Context, weight: Weight, lobe: Lobe, subject: str) -> Leaf:
 
 
 def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
-    """What one closure scatters, as weighted leaves."""
+    """The weighted lobes of one closure, bent where it has a normal of its own."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
@@ -95,18 +97,28 @@ def _lobes(context: Context, closure: Any, weight: Weight, subject: str) -> Iter
         yield weight, Lobe("holdout", {})
     elif isinstance(closure, Sheen):
         yield weight, _sheen(context, (closure.color, closure.roughness, closure.microfiber), subject)
-    elif isinstance(closure, Translucent):
-        yield weight, Lobe("blender_translucent", {"color": paint.color(context, closure.color, subject)})
-    elif isinstance(closure, Toon):
-        size, smooth = (paint.number(context, value, subject) for value in (closure.size, closure.smooth))
-        color = paint.color(context, closure.color, subject)
-        yield weight, Lobe("blender_toon", {"color": color, "size": size, "smooth": smooth, "glossy": closure.glossy})
     elif isinstance(closure, Subsurface):
         medium = (closure.radius, closure.scale, closure.scattering_anisotropy)
         made = _subsurface(context, closure.color, medium, subject)
         yield weight, made or _diffuse(context, Diffuse(closure.color), subject)
     elif isinstance(closure, Principled):
         yield from _principled(context, closure, weight, subject)
+    elif not isinstance(closure, Emission):
+        yield weight, _lobe_of_fields(context, closure, subject)
+
+
+def _lobe_of_fields(context: Context, closure: Closure, subject: str) -> Lobe:
+    """The plugin that is named after a closure's class (``Toon``: ``blender_toon``), with its fields as inputs."""
+    inputs: dict[str, Any] = {}
+    for entry in fields(closure):
+        value = getattr(closure, entry.name)
+        if entry.type == "Paint":
+            inputs[entry.name] = paint.color(context, value, subject)
+        elif entry.type == "Scalar":
+            inputs[entry.name] = paint.number(context, value, subject)
+        elif entry.name != "normal":  # ``_scattering`` bends every closure that has one
+            inputs[entry.name] = value
+    return Lobe(f"blender_{type(closure).__name__.lower()}", inputs)
 
 
 def _diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:

@@ -15,11 +15,11 @@ from dataclasses import replace
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import Decision, EffectPlan
+from spectral_core.render.plan.effects_from_data import Found, effects_of
+from spectral_core.render.plan.effects_from_pilot import measured_effects, unmeasured_kinds
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
-from spectral_core.render.plan.piloted import measured_effects, unmeasured_kinds
-from spectral_core.render.plan.rules import Found, effects_of
 from spectral_core.scene import Scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]

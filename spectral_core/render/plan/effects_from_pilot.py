@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.effects_from_data import Found
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
-from spectral_core.render.plan.rules import Found
 from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
