@@ -18,6 +18,14 @@ LARGEST = 1e38
 """Beyond it nothing is left of a number in 32 bits."""
 IOR = (1e-3, 1000.0)
 """Indices of refraction that a dielectric can have."""
+FILM_IOR, FILM_THICKNESS_NM = (1.0, 1000.0), (0.0, 1e6)
+"""The same of a film, which lies in air, and how thick it can be."""
+_LIMITS = {
+    "ior": IOR,
+    "coat_ior": IOR,
+    "thin_film_ior": FILM_IOR,
+    "thin_film_thickness": FILM_THICKNESS_NM,
+}
 
 
 class _Numbers:
@@ -31,7 +39,7 @@ class _Numbers:
         for name in names:
             value = getattr(self, name)
             if isinstance(value, (int, float, np.number)):
-                least, most = IOR if name in ("ior", "coat_ior") else (-LARGEST, LARGEST)
+                least, most = _LIMITS.get(name, (-LARGEST, LARGEST))
                 require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(value), least, most)
 
 
@@ -64,7 +72,10 @@ class Glossy(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glass(_Numbers):
-    """Dielectric that reflects and refracts by Fresnel; ``ior`` a number, or a spectrum where it disperses."""
+    """Dielectric that reflects and refracts by Fresnel; ``ior`` a number, or a spectrum where it disperses.
+
+    ``thin_film_thickness`` (nm; 0 for none) and ``thin_film_ior``: of a film upon it, here and in other closures.
+    """
 
     color: Paint = field(default_factory=lambda: gray(1.0))
     roughness: Scalar = 0.0
@@ -72,6 +83,8 @@ class Glass(_Numbers):
     normal: Computed | None = None
     reflects: bool = True
     multiple_scattering: bool = True
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +108,11 @@ class Toon(_Numbers):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Metal(_Numbers):
-    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021)."""
+    """Microfacet conductor: ``color`` facing, ``edge_tint`` at 82 degrees (Kutz, Hasan and Edmondson 2021).
+
+    ``physical``: Fresnel's equations in place of that model, with the index of refraction and extinction that ``color``
+    and ``edge_tint`` stand for by Gulbrandsen 2014.
+    """
 
     color: Paint = field(default_factory=lambda: gray(0.6))
     edge_tint: Paint = field(default_factory=lambda: gray(0.7))
@@ -105,6 +122,9 @@ class Metal(_Numbers):
     tangent: Computed | None = None
     multiple_scattering: bool = True
     normal: Computed | None = None
+    physical: bool = False
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,6 +199,8 @@ class Principled(_Numbers):
     normal: Computed | None = None
     emission_color: Paint = field(default_factory=lambda: Color((1.0, 1.0, 1.0)))  # type: ignore[arg-type]
     emission_strength: Scalar = 0.0
+    thin_film_thickness: Scalar = 0.0
+    thin_film_ior: Scalar = 1.33
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -71,6 +71,20 @@ def _not_below(table: Array) -> Array:
     return np.minimum(raised, 1.0)
 
 
+@cache
+def facing_halves() -> tuple[Array, Array]:
+    """Mean cosines (SIZE, SIZE) to the facets that a rough mirror shows, each of half of the light: small and large."""
+    _, facing, weights, _ = _reflected()
+    weights = np.broadcast_to(weights, facing.shape)
+    order = np.argsort(facing, axis=2)
+    facing, weights = (np.take_along_axis(part, order, axis=2).astype(np.float64) for part in (facing, weights))
+    total = np.maximum(weights.sum(axis=2, keepdims=True), 1e-12)
+    below = np.clip(0.5 * total - (np.cumsum(weights, axis=2) - weights), 0.0, weights)
+    halves = (2 * (facing * part / total).sum(axis=2) for part in (below, weights - below))
+    first, second = (np.clip(half, 0.0, 1.0) for half in halves)
+    return first, second
+
+
 def average(table: Array) -> Array:
     """Mean over the hemisphere (SIZE,), cosine-weighted: 2 ∫ E(μ) μ dμ."""
     steps = np.linspace(0, 1, SIZE)

@@ -58,6 +58,13 @@ class AlbedoLookup:
         low, next_low, high, next_high = (dr.gather(mi.Float, self.stack, at + k) for k in (0, 1, SIZE, SIZE + 1))
         return dr.lerp(dr.lerp(low, next_low, right), dr.lerp(high, next_high, right), up)
 
+    def entry(self, place: Any) -> Any:
+        """One number of the table, by its place."""
+        import drjit as dr
+        import mitsuba as mi
+
+        return dr.gather(mi.Float, self.stack, self.first + place)
+
 
 class Slot:
     """An input. ``offset``: its first place in a closure's row; ``readers``: what computes it where no number does."""
@@ -114,6 +121,10 @@ class Slot:
     def __call__(self, roughness: Any, cosine: Any) -> Any:
         """Entry of a table of albedos."""
         return self.value(roughness, cosine)
+
+    def entry(self, place: Any) -> Any:
+        """Number of a table at a place."""
+        return self.value.entry(place)
 
     def read(self, buffers: Any, row: Any, si: Any, active: Any) -> None:
         """Find the value at a hit; ``row``: first place of the closure's row."""

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures import albedo
+from spectral_core.render.plugins.closures.film import response
 from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
+from spectral_core.scene import Glass, Metal, Principled
 from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -59,6 +61,26 @@ def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> di
     nominal = round(nominal, 6)
     outside, inside = albedo.dielectric(nominal)[1], albedo.dielectric(1 / nominal)[1]
     return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
+
+
+def film_inputs(context: Context, closure: Glass | Metal | Principled, subject: str) -> dict[str, Any]:
+    """The film upon a surface, nothing where there is none."""
+    if closure.thin_film_thickness == 0:
+        return {}
+    inputs: dict[str, Any] = {
+        "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
+        "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
+    }
+    if not context.spectral:
+        inputs["thin_film_response"] = Albedos(response())
+    return inputs
+
+
+def half_inputs() -> dict[str, Any]:
+    """Mean cosines to two halves of the facets, at which a film's reflectance is taken for its albedo."""
+    return {
+        name: Albedos(half) for name, half in zip(("small_half", "large_half"), albedo.facing_halves(), strict=True)
+    }
 
 
 @cache
