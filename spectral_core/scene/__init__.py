@@ -32,7 +32,6 @@ from spectral_core.scene.scene import Note, RenderSettings, Scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
-    FILM_IOR,
     FILM_THICKNESS_NM,
     IOR,
     LARGEST,
@@ -56,7 +55,6 @@ from spectral_core.scene.surface import (
 )
 
 __all__ = [
-    "FILM_IOR",
     "FILM_THICKNESS_NM",
     "IOR",
     "LARGEST",

@@ -18,12 +18,12 @@ LARGEST = 1e38
 """Beyond it nothing is left of a number in 32 bits."""
 IOR = (1e-3, 1000.0)
 """Indices of refraction that a dielectric can have."""
-FILM_IOR, FILM_THICKNESS_NM = (1.0, 1000.0), (0.0, 1e6)
-"""The same of a film, which lies in air, and how thick it can be."""
+FILM_THICKNESS_NM = (0.0, 1e6)
+"""How thick a thin film can be."""
 _LIMITS = {
     "ior": IOR,
     "coat_ior": IOR,
-    "thin_film_ior": FILM_IOR,
+    "thin_film_ior": IOR,
     "thin_film_thickness": FILM_THICKNESS_NM,
 }
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.scene import FILM_IOR, FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, gray
+from spectral_core.scene import FILM_THICKNESS_NM, IOR, Color, Computed, Paint, Scalar, gray
 
 from .. import spectra
 from .coordinate_nodes import round_tangent
@@ -63,7 +63,7 @@ def thin_film(reader: Reader, output: Output) -> dict[str, Scalar]:
     if isinstance(thickness, float) and thickness <= 0:
         return {}
     index = reader.scalar(output.input("Thin Film IOR"), 1.33)
-    held = (_held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, FILM_IOR)))
+    held = (_held(value, limits) for value, limits in ((thickness, FILM_THICKNESS_NM), (index, IOR)))
     return dict(zip(("thin_film_thickness", "thin_film_ior"), held, strict=True))
 
 

@@ -63,24 +63,26 @@ def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> di
     return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
 
 
-def film_inputs(context: Context, closure: Glass | Metal | Principled, subject: str) -> dict[str, Any]:
-    """The film upon a surface, nothing where there is none."""
+def film_inputs(
+    context: Context, closure: Glass | Metal | Principled, subject: str, *, passes: bool = False
+) -> dict[str, Any]:
+    """The film upon a surface, nothing where there is none.
+
+    Where its albedo is asked for, its reflectance is taken at the mean cosines to two halves of the facets: where light
+    ``passes``, of those whose reflections are lost.
+    """
     if closure.thin_film_thickness == 0:
         return {}
+    small, large = albedo.facing_halves(lost=passes)
     inputs: dict[str, Any] = {
+        "small_half": Albedos(small),
+        "large_half": Albedos(large),
         "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
         "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
     }
     if not context.spectral:
         inputs["thin_film_response"] = Albedos(response())
     return inputs
-
-
-def half_inputs() -> dict[str, Any]:
-    """Mean cosines to two halves of the facets, at which a film's reflectance is taken for its albedo."""
-    return {
-        name: Albedos(half) for name, half in zip(("small_half", "large_half"), albedo.facing_halves(), strict=True)
-    }
 
 
 @cache

@@ -82,9 +82,11 @@ def glass(
         "reflects": getattr(closure, "reflects", True),
         "keeps_energy": closure.multiple_scattering,
         **glass_inputs(context, ior, smooth=smooth),
-        **film_inputs(context, closure, subject),
+        **film_inputs(context, closure, subject, passes=True),
     }
     if not smooth:
         inputs["facet_color"] = colors[1]
         inputs["roughness"] = paint.number(context, roughness, subject)
+        if closure.thin_film_thickness != 0:
+            inputs |= facet_inputs()
     return Lobe("blender_glass", inputs)

@@ -13,7 +13,6 @@ from spectral_core.render.mitsuba_scene.closures.dielectric import (
     coat_inputs,
     facet_inputs,
     film_inputs,
-    half_inputs,
     specular_inputs,
 )
 from spectral_core.render.mitsuba_scene.closures.facets import direction, glass
@@ -52,8 +51,6 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
         **direction(context, closure.anisotropic, closure.anisotropic_rotation, closure.tangent, subject),
         **film_inputs(context, closure, subject),
     }
-    if closure.thin_film_thickness != 0:
-        reflecting |= half_inputs()
     if closure.coat_weight != 0:
         reflecting |= {
             "coat_weight": paint.number(context, closure.coat_weight, subject),

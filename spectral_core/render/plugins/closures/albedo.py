@@ -72,17 +72,20 @@ def _not_below(table: Array) -> Array:
 
 
 @cache
-def facing_halves() -> tuple[Array, Array]:
-    """Mean cosines (SIZE, SIZE) to the facets that a rough mirror shows, each of half of the light: small and large."""
+def facing_halves(lost: bool = False) -> tuple[Array, Array]:
+    """Mean cosines (SIZE, SIZE) to facets of a rough mirror, the smaller and the larger half.
+
+    Each facet counts by the light that it reflects, or by the ``lost`` light that meets other facets.
+    """
     _, facing, weights, _ = _reflected()
     weights = np.broadcast_to(weights, facing.shape)
     order = np.argsort(facing, axis=2)
     facing, weights = (np.take_along_axis(part, order, axis=2).astype(np.float64) for part in (facing, weights))
+    weights = np.clip(1 - weights, 1e-6, None) if lost else weights
     total = np.maximum(weights.sum(axis=2, keepdims=True), 1e-12)
     below = np.clip(0.5 * total - (np.cumsum(weights, axis=2) - weights), 0.0, weights)
-    halves = (2 * (facing * part / total).sum(axis=2) for part in (below, weights - below))
-    first, second = (np.clip(half, 0.0, 1.0) for half in halves)
-    return first, second
+    first, second = (2 * (facing * part / total).sum(axis=2) for part in (below, weights - below))
+    return np.clip(first, 0.0, 1.0), np.clip(second, 0.0, 1.0)
 
 
 def average(table: Array) -> Array:

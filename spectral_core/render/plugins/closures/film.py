@@ -56,7 +56,7 @@ class Film:
     def at(self, mi: Any, dr: Any, si: Any, active: Any) -> FilmAt:
         """The film at a hit."""
         thickness = dr.maximum(self.thickness.eval_1(si, active), 0.0)
-        return FilmAt(mi, dr, thickness, dr.maximum(self.ior.eval_1(si, active), 1.0), si.wavelengths, self.response)
+        return FilmAt(mi, dr, thickness, dr.maximum(self.ior.eval_1(si, active), 1e-3), si.wavelengths, self.response)
 
 
 def film_of(inputs: Any) -> Film | None:
@@ -92,7 +92,8 @@ class FilmAt:
              _face(dr.square(inside) * within, dr.square(film) * below)),
         ):  # fmt: skip
             found += 0.5 * self._reflected(first, dr.abs(second), (dr.copysign(one, second), 0.0 * one), path)
-        # beyond the angle of total reflection at either face nothing passes
+        # past the angle of total reflection at either face nothing passes; that a film may be too thin for that is left
+        # out, as in Cycles: it takes one with a smaller index than air
         total = (sine >= dr.square(inside)) | (sine >= dr.square(film))
         return dr.select(total, 1.0, dr.clip(found, 0.0, 1.0))
 
@@ -114,7 +115,7 @@ class FilmAt:
             if edge is not None:
                 size = dr.sqrt(_f82_within(dr, within / film, film, metal, edge))
             found += 0.5 * self._reflected(first, dr.minimum(size, 1.0), phase, path)
-        return dr.clip(found, 0.0, 1.0)
+        return dr.select(sine >= dr.square(film), 1.0, dr.clip(found, 0.0, 1.0))
 
     def _blended(self, outside: Any) -> Any:
         """Index of refraction of the film; that of its surroundings where it is as good as not there."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from spectral_core.render.plugins.closures.film import film_of
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
-from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
+from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy, kept_of
 from spectral_core.render.plugins.closures.upright import keeps_side
 from spectral_core.render.plugins.numbers import channel_mean
 
@@ -44,6 +44,8 @@ def register(mi: Any, dr: Any) -> None:
                 self.roughness, self.facet_color = inputs["roughness"], inputs["facet_color"]
                 self.kept_outside = inputs["outside"], inputs["outside_mean"]
                 self.kept_inside = inputs["inside"], inputs["inside_mean"]
+                if self.film is not None:
+                    self.mirror, self.halves = inputs["single"], (inputs["small_half"], inputs["large_half"])
 
         def relative_ior(self, si: Any, active: Any) -> Any:
             """Index of the far side over that of the near side."""
@@ -70,6 +72,18 @@ def register(mi: Any, dr: Any) -> None:
         def chance(self, share: Any) -> Any:
             """Chance of drawing a share of light: itself, or its mean where a film colors it."""
             return share if self.film is None else channel_mean(dr, share)
+
+        def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
+            """Energy of one bounce with a film, from that without: what it lets pass in place of reflecting is masked
+            by facets in another way. Fresnel factors are taken at the two halves of the facets.
+            """
+            eta = self.relative_ior(si, active)
+            facing = [half(roughness, cosine) for half in self.halves]
+            bare = 0.5 * sum(mi.fresnel(place, eta)[0] for place in facing)
+            filmed = 0.5 * sum(self.reflectance(si, place, eta, active)[0] for place in facing)
+            mirror = self.mirror(roughness, cosine)
+            changed = single + (bare - filmed) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
+            return dr.clip(changed, 0.05, 1.0)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             eta = self.relative_ior(si, active)
@@ -124,8 +138,14 @@ def register(mi: Any, dr: Any) -> None:
                 if not self.keeps_energy:
                     return mi.Float(1.0)
                 both = (self.kept_outside, self.kept_inside)
-                outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
-                return dr.select(si.wi.z > 0.0, outside, inside)
+                if self.film is None:
+                    outside, inside = (kept_energy(single, mean, roughness, wi.z, color) for single, mean in both)
+                    return dr.select(si.wi.z > 0.0, outside, inside)
+                outer = si.wi.z > 0.0
+                single, mean = (
+                    dr.select(outer, a(roughness, wi.z), b(roughness, wi.z)) for a, b in zip(*both, strict=True)
+                )
+                return kept_of(self.under_film(si, roughness, wi.z, single, active), mean, color)
 
             mirror_color = self.reflection_color.eval(si, active)
             value = mirror_color * kept(mirror_color) * (reflected * mirror)
