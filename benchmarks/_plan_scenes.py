@@ -271,8 +271,8 @@ SINGLE: dict[str, tuple[Callable[[Stage], None], ...]] = {
     effect.__name__.replace("_", " "): (effect,)
     for effect in (
         nothing, sun, room, wall, sodium, fluorescent, measured_paints, dyed, oxide, prism, fog, milk, lens, sky,
-        sky_image, glowing, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic, glass_ball,
-        glass_caustic, leaf, cloud,
+        sky_image, glowing, curtain, ball_lamp, lamp_before_lamp, texture, mirror, facing_mirrors, mirror_caustic,
+        glass_ball, glass_caustic, leaf, cloud,
     )
 }  # fmt: skip
 PAIRS: dict[str, tuple[Callable[[Stage], None], ...]] = {
