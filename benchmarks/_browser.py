@@ -18,7 +18,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 
 
 def find_browser() -> str | None:
-    """Path of a Chromium, None where there is none; the variable CHROMIUM names another one."""
+    """Path of a Chromium, None if there is none; the variable CHROMIUM names another one."""
     named = os.environ.get("CHROMIUM")
     return named or next((path for name in NAMES if (path := shutil.which(name))), None)
 

@@ -27,7 +27,7 @@ print(json.dumps({'header': table[0], 'rows': table[1:], 'shapes': shapes}))
 
 
 def parse(text: str) -> list[list[str | None]]:
-    """Records of RFC 4180 text, None where a field is empty. Raises ValueError where the text is none."""
+    """Records of RFC 4180 text, None if a field is empty. Raises ValueError if the text is none."""
     records: list[list[str | None]] = []
     record: list[str | None] = []
     at, open_ = 0, False  # after a comma, a field follows even at the end
@@ -105,7 +105,7 @@ def problems(folder: Path) -> list[str]:
 
 
 def by_pycinema(folder: Path) -> dict[str, object] | None:
-    """Header, rows and shapes of pictures as pycinema reads them; None where no Python has it."""
+    """Header, rows and shapes of pictures as pycinema reads them; None if no Python has it."""
     python = os.environ.get("PYCINEMA_PYTHON", sys.executable)
     said = subprocess.run(
         [python, "-c", _PYCINEMA, str(folder)], capture_output=True, text=True, check=False, timeout=120,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Designs of m points in the unit cube, others' and ours, as functions of (n, m, seed); None where impossible."""
+"""Designs of m points in the unit cube, others' and ours, as functions of (n, m, seed); None if impossible."""
 
 from __future__ import annotations
 

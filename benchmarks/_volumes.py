@@ -26,7 +26,7 @@ OWN = (("gaussians", 64), ("marschner-lobb", 64), ("shells", 128), ("engine", 12
 
 
 def shared_data() -> Path | None:
-    """Folder of real volumes: SPECTRAL_SHARED_DATA, or shared/data beside the repository; None where absent."""
+    """Folder of real volumes: SPECTRAL_SHARED_DATA, or shared/data beside the repository; None if absent."""
     root = Path(__file__).resolve().parents[1]
     places = [
         os.environ.get("SPECTRAL_SHARED_DATA"),
@@ -79,7 +79,7 @@ def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator
 
 
 def reference(renderer: VolumeRenderer, view: View, transfer: TransferFunction, target_db: float = 70.0) -> np.ndarray:
-    """Linear colours to ``target_db`` and 15 dB more: fine steps, pre-integrated where the function has a table."""
+    """Linear colors to ``target_db`` and 15 dB more: fine steps, pre-integrated where the function has a table."""
     way = Stepping("error", "midpoint" if transfer.uses_gradient else "preintegrated")
     pilot = Pilot(renderer, view, transfer, target_db)
     scale = pilot.reference_scale

@@ -71,7 +71,7 @@ def _table(n: int, m: int, seeds: int) -> dict[str, dict[str, float]]:
 def table_row(
     name: str, design: Callable[[int, int, int], Points], n: int, m: int, *, seeds: int
 ) -> tuple[str, dict[str, float]] | None:
-    """One design's row as printed, and its figures; None where the design cannot have that size."""
+    """One design's row as printed, and its figures; None if the design cannot have that size."""
     row = _averaged(design, n, m, seeds)
     if row is None:
         return None

@@ -198,7 +198,7 @@ def _function_lines(path: Path, line: int) -> tuple[int, int]:
 
 
 def _is_caught(tree: Path, tests: list[str]) -> bool:
-    """Whether one of these tests fails."""
+    """True if one of these tests fails."""
     try:
         return _pytest(tree, tests, {}, SECONDS) not in (0, 5)
     except subprocess.TimeoutExpired:

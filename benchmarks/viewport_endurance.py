@@ -133,7 +133,7 @@ class Trial:
             self._compare(f"{number} {name}", shown)
 
     def _settled(self) -> Any:
-        """The finished picture of the view's present request; None where it does not come."""
+        """The finished picture of the view's present request; None if it does not come."""
         import bpy
 
         end = time.monotonic() + PATIENCE_S

@@ -91,7 +91,7 @@ def case_figures(f: Function, g: Function, count: int) -> dict[str, float]:
 
 
 def gaussian(mean: float, deviation: float, x: np.ndarray) -> np.ndarray:
-    """The non-normalised Gaussian φ of Fig. 4.2."""
+    """The non-normalized Gaussian φ of Fig. 4.2."""
     return np.exp(-((x - mean) ** 2) / (2 * deviation**2))
 
 

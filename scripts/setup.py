@@ -54,7 +54,7 @@ def loads(library: str) -> bool:
 
 
 def has_llvm() -> bool:
-    """Whether an LLVM that drjit can use lies where its loader looks."""
+    """True if an LLVM that drjit can use lies where its loader looks."""
     if os.environ.get("DRJIT_LIBLLVM_PATH"):
         return True
     folders = [Path("/usr/lib"), Path("/usr/lib64"), Path("/usr/local/lib"), *Path("/usr/lib").glob("*-linux-gnu")]
@@ -64,7 +64,7 @@ def has_llvm() -> bool:
 
 
 def privileged() -> list[str] | None:
-    """What to put before a command that needs root: nothing, sudo, or None where neither is to be had."""
+    """What to put before a command that needs root: nothing, sudo, or None if neither is to be had."""
     if os.geteuid() == 0:
         return []
     if shutil.which("sudo") and subprocess.run(["sudo", "-n", "true"], capture_output=True).returncode == 0:
@@ -122,7 +122,7 @@ def wanted() -> str:
 
 
 def whats_wrong() -> str:
-    """Why .venv cannot be used as it is; "" where it can, or where there is none."""
+    """Why .venv cannot be used as it is; "" if it can, or where there is none."""
     if not os.path.lexists(VENV):
         return ""
     if UNFINISHED.exists():

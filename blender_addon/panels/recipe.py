@@ -73,7 +73,9 @@ def _draw_outcome(layout: UILayout, context: Context, recipe: PropertyGroup) -> 
         return
     box = layout.box()
     if not recipe.met:
-        wrapped(box, context, "Not all that was asked can be reached; this is the nearest.", icon="ERROR", indent=60.0)
+        wrapped(
+            box, context, "Not all requirements can be reached; this is the nearest recipe.", icon="ERROR", indent=60.0
+        )
     for line in recipe.text.splitlines():
         name, _, amount = line.partition("  ")
         if amount.strip():

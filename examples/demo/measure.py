@@ -87,7 +87,7 @@ def mark_contrast(
 
 
 def _step(pixels: Array, mark: NDArray[np.bool_], ground: NDArray[np.bool_]) -> tuple[Array, Array] | None:
-    """Ground's color at the window's center and the step to the mark; None where either fills under a quarter."""
+    """Ground's color at the window's center and the step to the mark; None if either fills under a quarter."""
     if min(int(mark.sum()), int(ground.sum())) < mark.size // 4:
         return None
     reach = mark.shape[0] // 2

@@ -65,7 +65,7 @@ class DemoResult:
 
 
 def run_demo(out: Path, *, samples: int, percentage: int, say: Callable[[str], None]) -> DemoResult:
-    """Make everything into ``out``. Raises MissingDependencyError without bpy, RenderError where a render failed."""
+    """Make everything into ``out``. Raises MissingDependencyError without bpy, RenderError if a render failed."""
     bpy = _blender()
     out.mkdir(parents=True, exist_ok=True)
     seconds: dict[str, float] = {}

@@ -55,7 +55,7 @@ def how_to_install() -> str:
 
 
 def require_denoiser() -> Any:
-    """The package ``pyoidn``. Raises MissingDependencyError where it is absent or cannot be loaded."""
+    """The package ``pyoidn``. Raises MissingDependencyError if it is absent or cannot be loaded."""
     try:
         return importlib.import_module(PACKAGE)
     except ImportError as error:

@@ -37,7 +37,7 @@ from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 DYES_IN_BANDS = (
-    "dyes send light out at other wavelengths than it comes at, so the stored bands hold for lamps of the spectra that "
+    "dyes emit light at other wavelengths than they absorb, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
 )
 
@@ -85,7 +85,7 @@ class TracedScene:
 
 
 class RenderJob:
-    """One scene under one plan. Raises RenderError where Mitsuba cannot load it."""
+    """One scene under one plan. Raises RenderError if Mitsuba cannot load it."""
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         self.plan = plan

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One scene, described once as plain frozen data: Blender fills it, a script may, a sweep sends it elsewhere."""
+"""One scene as plain frozen data: Blender or a script fills it, a sweep sends it to another process."""
 
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent

@@ -179,12 +179,13 @@ def test_two_drivers_do_not_run_one_sweep(tmp_path: Path) -> None:
 
 
 def test_pictures_are_stored_and_the_folder_moves(tmp_path: Path) -> None:
-    from spectral_core.explore.sweep.store import copy_portable
+    import shutil
 
     sweep = opened(tmp_path, function="picture", budget=6)
     with ThreadPoolExecutor(1) as threads:
         sweep.run(sweep.plan(), executor=threads)
-    moved = copy_portable(sweep.store, tmp_path / "elsewhere" / "copy")
+    moved = tmp_path / "elsewhere" / "copy.cdb"
+    shutil.copytree(sweep.store.folder, moved)
     assert check_folder(moved) == []
     columns, rows = read_csv(moved / "data.csv")
     assert columns[-2:] == ["FILE_linear", "FILE"] and len(rows) == 6

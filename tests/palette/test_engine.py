@@ -206,7 +206,7 @@ def test_nothing_is_called_solved_when_every_gear_lies(rng, monkeypatch):
     monkeypatch.setattr(Engine, "_sharpened", lambda self, *given: None)
     solution = solve_palette(coupled_palette(SIZE, rng), explain=False)
     assert solution.status == "inaccurate"
-    assert "do not rely on it" in solution.remedy
+    assert "is not reliable" in solution.remedy
     assert solution.kkt_residual > 1e-6
 
 

@@ -19,19 +19,19 @@ from .panorama import MIDDLE_VIEW_RAD, panorama_of
 FITS = {"AUTO": "auto", "HORIZONTAL": "width", "VERTICAL": "height"}
 MILLIMETRE = 1e-3
 SPOT_RAD = np.pi / 4
-"""What Blender takes for the cone of a lamp that is no spot."""
+"""Blender's cone of a lamp that is no spot."""
 SPOT_RAD_OF_50_MM = 2 * np.arctan(16 / 50)
 
 
 def translate_camera(translation: Translation, camera: Any) -> Camera:
-    """Camera of an evaluated camera object. Raises InvalidInputError where the scene has none."""
+    """Camera of an evaluated camera object. Raises InvalidInputError if the scene has none."""
     if camera is None:
         raise InvalidInputError(
             f"the scene {translation.scene.name!r} has no camera; add one, or choose one in the scene properties"
         )
     matrix = np.asarray(camera.matrix_world, dtype=np.float64)
     if camera.type != "CAMERA":
-        # Cycles looks through a lamp as wide as its spot is, through anything else with a lens of 50 mm
+        # Cycles looks through a lamp with the angle of its spot, through any other object with a lens of 50 mm
         angle = getattr(camera.data, "spot_size", SPOT_RAD) if camera.type == "LIGHT" else SPOT_RAD_OF_50_MM
         view = 2 * np.arctan(18 / 16 * np.tan(angle / 2))
         return Camera(world_from_camera=rigid(matrix), field_of_view_rad=view, near=1e-5, far=1e5)
@@ -70,20 +70,20 @@ def lens_of(camera: Any) -> tuple[float, float]:
 
 
 def _aperture(dof: Any) -> Aperture:
-    """Shape of the lens opening where the camera has depth of field."""
+    """Shape of the aperture if the camera has depth of field."""
     if not dof.use_dof:
         return Aperture()
     return Aperture(int(dof.aperture_blades), float(dof.aperture_rotation), float(dof.aperture_ratio))
 
 
 def _lens_radius(lens: Any) -> float:
-    """Radius in scene units, as Cycles takes it: a lens in millimetres, an orthographic one of length 1."""
+    """Radius in scene units, as in Cycles: a lens in millimeters, an orthographic one of length 1."""
     length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
     return float(length / (2 * max(lens.dof.aperture_fstop, 1e-5)))
 
 
 def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
-    """Distance to the sharp plane: along the view to the object in focus, else as set."""
+    """Distance to the plane in focus: along the view to the object in focus, else as set."""
     target = lens.dof.focus_object
     if target is None:
         return float(lens.dof.focus_distance)
@@ -115,9 +115,10 @@ def filter_width_of(render: Any) -> float:
 
 
 def border_in_pixels(render: Any, width: int, height: int) -> tuple[int, int, int, int] | None:
-    """(left, bottom, width, height) of the render border, None where the whole frame is meant.
+    """(left, bottom, width, height) of the render border, None for the whole frame.
 
-    Blender cuts both edges off to whole pixels (in 32-bit arithmetic). Raises InvalidInputError for an empty border.
+    Blender rounds both edges down to integer pixels (in 32-bit arithmetic). Raises InvalidInputError for an empty
+    border.
     """
     if not render.use_border:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Custom properties and settings that Attribute nodes read: of an object, of what instances it, of the view layer."""
+"""Custom properties and settings for Attribute nodes: of an object, of its instancer, of the view layer."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 PREFIX = "object_attribute:"
 NOTHING = (0.0, 0.0, 0.0, 1.0)
-"""What Blender shows of an attribute that is not there."""
+"""Blender's value of a missing attribute."""
 
 
 def view_layer_attribute(depsgraph: Any, name: str) -> tuple[float, ...]:
-    """Value (r, g, b, alpha) of a view layer's attribute; where it has none, of the scene or the world."""
+    """Value (r, g, b, alpha) of a view layer's attribute; without one, that of the scene or the world."""
     scene = depsgraph.scene
     return _first((depsgraph.view_layer, scene, scene.world), name)
 
 
 def object_attributes(obj: Any, instance: Any, reads: frozenset[str]) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """What of an object's attributes its materials read, by the name that programs know it by."""
+    """The attributes of an object that its materials read, by their names in programs."""
     found = []
     for read in sorted(reads):
         if not read.startswith(PREFIX):
@@ -49,7 +49,7 @@ def _first(owners: Any, name: str) -> tuple[float, ...]:
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """A property as (r, g, b, alpha); None where it is no number."""
+    """A property as (r, g, b, alpha); None if it is no number."""
     if isinstance(value, (bool, int, float)):
         flat = np.full(3, float(value))
     else:

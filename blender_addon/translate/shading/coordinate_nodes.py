@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes that read the point that is shaded: coordinates, geometry, attributes, view, normals."""
+"""Nodes that read the shaded point: coordinates, geometry, attributes, view, normals."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .tree import Input, Output, linked
 
 
 def normal_of(reader: Reader, place: Input | None) -> Value:
-    """A Normal socket: what is linked to it, else the surface's own normal."""
+    """A Normal socket: its link, else the surface's normal."""
     if place is None or linked(place) is None:
         return reader.point("normal")
     return reader.as_value(reader.field(place))
 
 
 def round_tangent(reader: Reader) -> Value:
-    """The direction along the surface that goes around the object's Z axis (Cycles' radial tangent)."""
+    """The tangential direction around the object's Z axis (Cycles' radial tangent)."""
     around = reader.emit("around_z", reader.point("generated"))
     around = reader.emit("transformed", around, settings=("NORMAL", "OBJECT", "WORLD"))
     return reader.emit("along_surface", around, reader.point("normal"))
@@ -117,7 +117,7 @@ def _attribute(reader: Reader, output: Output) -> Any:
 
 
 def _component(output: Output, value: tuple[float, ...]) -> Any:
-    """What an output shows of an attribute that is the same everywhere, (r, g, b, alpha)."""
+    """Value of an output for a constant attribute, (r, g, b, alpha)."""
     if output.socket.name == "Alpha":
         return value[3]
     return float(np.mean(value[:3])) if output.socket.type == "VALUE" else np.array(value[:3])
@@ -129,7 +129,7 @@ def _not_read(reader: Reader, output: Output) -> Any:
         reader.note(f"{output.label!r} is not simulated; edges stay sharp")
         return normal_of(reader, output.input("Normal"))
     if output.node.type == "AMBIENT_OCCLUSION":
-        reader.note(f"{output.label!r} is not simulated; everything counts as open")
+        reader.note(f"{output.label!r} is not simulated; every point counts as unoccluded")
         return reader.read(output, "Color", np.ones(3)) if output.socket.type == "RGBA" else 1.0
     reader.note(f"{output.label!r} is not read; a neutral gray was used")
     return np.full(3, NEUTRAL) if output.socket.type in ("RGBA", "VECTOR") else NEUTRAL
@@ -179,7 +179,7 @@ def _bump(reader: Reader, output: Output) -> Any:
 
 
 def _is_what_renders(uv_map: str, material: str) -> bool:
-    """Whether the UV map that renders has this name on every mesh that wears the material."""
+    """True if the UV map for rendering has this name on every mesh with the material."""
     wearers = (mesh for mesh in bpy.data.meshes if mesh.materials.get(material) is not None)
     return all(any(layer.active_render and layer.name == uv_map for layer in mesh.uv_layers) for mesh in wearers)
 
@@ -192,7 +192,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
     source = linked(output.input("Color"))
-    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals lean further than baked ones
+    if source is not None and source.node.type != "TEX_IMAGE":  # computed normals are less steep than baked ones
         reader.note(f"{output.label!r}: where its normals lean far away from the surface it is brighter than in Cycles")
     if node.space == "TANGENT":
         if node.uv_map and not _is_what_renders(node.uv_map, reader.owner):
@@ -200,7 +200,7 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         axes = reader.point("tangent"), reader.point("bitangent")
         return reader.emit("normal_map", color, strength, reader.point("normal"), *axes)
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
-    if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z point the other way
+    if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
         direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))
     if node.space.endswith("OBJECT"):
         direction = reader.emit("transformed", direction, settings=("NORMAL", "OBJECT", "WORLD"))
@@ -234,9 +234,9 @@ def _vector_displacement(reader: Reader, output: Output) -> Any:
 
 
 def raised_normal(reader: Reader, place: Input) -> Value | None:
-    """The normal of a surface that displacement raises, None where nothing is linked.
+    """The normal of a displaced surface; None if nothing is linked.
 
-    As in Cycles the surface is raised by what of the displacement points along its normal.
+    As in Cycles, the surface is displaced by the component along its normal.
     """
     if linked(place) is None:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender images to pixels with a stated color space; an image that cannot be had is a Note, not magenta."""
+"""Blender images as pixels with a stated color space; a missing image gives a Note, not magenta."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ NUMBER_SPACES = ("Non-Color", "Raw")
 def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
     """Image of an Image or Environment Texture node with the node's interpolation and extension.
 
-    ``owner``: whose node it is; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
-    Note, where there is no picture.
+    ``owner``: owner of the node; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
+    Note, without a picture.
     """
     image = node.image
     if image is None:
@@ -53,7 +53,7 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
 
 
 def alpha_is_read(node: Any) -> bool:
-    """Whether anything is linked to the node's Alpha: Cycles then gives its color back undimmed by alpha."""
+    """True if anything is linked to the node's Alpha: its color is then not multiplied by alpha, as in Cycles."""
     socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
     return socket is not None and bool(socket.is_linked)
 
@@ -61,9 +61,9 @@ def alpha_is_read(node: Any) -> bool:
 def read_image(
     translation: Translation, image: Any, channel: str = "Color", *, alpha_is_read: bool = True
 ) -> ImageTexture | None:
-    """Pixels of a ``bpy.types.Image``, read once per translation and use; None, with a Note, where it has none.
+    """Pixels of a ``bpy.types.Image``, read once per translation and use; None, with a Note, without pixels.
 
-    ``alpha_is_read``: whether the alpha is used too; where it is not, Cycles shows colors multiplied by it.
+    ``alpha_is_read``: True if the alpha is used too; otherwise colors are multiplied by it, as in Cycles.
     """
     key = (image.name_full, image.session_uid if hasattr(image, "session_uid") else 0, channel, alpha_is_read)
     if key not in translation.images:
@@ -96,7 +96,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     space = image.colorspace_settings.name
     if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
         colors = _associated(translation, image, colors, pixels[..., 3:4])
-        if alpha_is_read:  # stored multiplied and divided after filtering, as in Cycles
+        if alpha_is_read:  # stored premultiplied and divided after filtering, as in Cycles
             colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
             if image.is_float and np.any(pixels[..., 3] < 1):
                 translation.note(
@@ -109,7 +109,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
 
 def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
     """Colors multiplied by alpha in the file's own encoding, as Cycles stores them."""
-    if image.is_float:  # float buffers come multiplied
+    if image.is_float:  # float buffers are premultiplied
         return colors
     if image.alpha_mode == "PREMUL" and image.packed_file is None and image.source == "FILE":
         # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
@@ -147,7 +147,7 @@ def _compact(values: Array, is_float: bool = False) -> Array:
 
 
 def linear_pixels(texture: ImageTexture) -> Array:
-    """Colors (h, w, 3) or numbers (h, w, 1), float32, with the display curve taken off."""
+    """Colors (h, w, 3) or numbers (h, w, 1), float32, without the display curve."""
     pixels = texture.pixels[..., :3] if texture.pixels.shape[2] >= 3 else texture.pixels[..., :1]
     if pixels.dtype == np.uint8:
         table = np.arange(256) / 255

@@ -15,7 +15,7 @@ from .tree import Output, linked
 
 
 def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint:
-    """The color of what it emits, dimmed and tinted by the coat that lies above it."""
+    """The emission color, attenuated and tinted by the coat above it."""
     plain = reader.paint(output.input("Emission Color"), gray(1.0))
     if not is_coated:
         return plain
@@ -30,7 +30,7 @@ def _emission_color(reader: Reader, output: Output, *, is_coated: bool) -> Paint
     weight, index = reader.read(output, "Coat Weight", 0.0), reader.read(output, "Coat IOR", 1.5)
     reflected = reader.emit("fresnel", index, normal, incoming, 0.0)
     clear = math("SUBTRACT", 1.0, math("MULTIPLY", weight, reflected))
-    # through the coat and out: its tint to the power of the way's length over its thickness
+    # through the coat: its tint to the power of the path's length over its thickness
     cosine = reader.emit("vector_number", normal, incoming, settings=("DOT_PRODUCT",))
     sine = math("SUBTRACT", 1.0, math("MULTIPLY", cosine, cosine))
     inner = math("SQRT", math("SUBTRACT", 1.0, math("DIVIDE", sine, math("MULTIPLY", index, index))))

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several shader nodes have in common: main colors, normals, tangents, indices of refraction, colors of metals,
-radii.
-"""
+"""Common inputs of shader nodes: main colors, normals, tangents, indices of refraction, colors of metals, radii."""
 
 from __future__ import annotations
 
@@ -17,13 +15,13 @@ from .tree import Input, Output, linked
 
 
 def main_color(reader: Reader, output: Output, fallback: float, name: str = "Color") -> Paint:
-    """Main color of a shader node: the spectrum it carries, else its socket."""
+    """Main color of a shader node: its spectrum, else its socket."""
     spectrum = spectra.spectrum_of(reader.translation, output.node)
     return spectrum if spectrum is not None else reader.paint(output.input(name), gray(fallback))
 
 
 def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
-    """What is linked to a normal or tangent socket, None where nothing is."""
+    """The link of a normal or tangent socket; None if there is none."""
     place = output.input(name)
     if place is None or linked(place) is None:
         return Computed(reader.raised.program(3)) if reader.raised is not None and name == "Normal" else None
@@ -32,7 +30,7 @@ def direction_at(reader: Reader, output: Output, name: str) -> Computed | None:
 
 
 def lobe_tangent(reader: Reader, output: Output, anisotropy: Scalar) -> Computed | None:
-    """Direction of an anisotropic lobe: what is linked, else around the object's Z axis, as in Cycles."""
+    """Direction of an anisotropic lobe: the link, else around the object's Z axis, as in Cycles."""
     if anisotropy == 0:
         return None
     return direction_at(reader, output, "Tangent") or Computed(round_tangent(reader).program(3))
@@ -52,7 +50,7 @@ def radius_of(reader: Reader, output: Output, name: str) -> tuple[float, float, 
 
 
 def ior(reader: Reader, place: Input | None, fallback: float) -> float:
-    """Index of refraction: one number, within what a dielectric can have."""
+    """Index of refraction: one number, within the range of a dielectric."""
     value = reader.number(place, fallback)
     return min(max(value, IOR[0]), IOR[1])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shader nodes to surfaces: each node type to the closest closure that the scene data knows."""
+"""Shader nodes to surfaces: each node type to the closest closure of the scene data."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ from .shader_inputs import (
 from .tree import Input, Output, linked
 
 BLACK = Diffuse(gray(0.0))
-"""What an empty shader socket shows: nothing is reflected."""
+"""Surface of an empty shader socket: nothing is reflected."""
 
 
 def surface_of(reader: Reader, place: Input | None) -> Surface:
-    """The surface that a shader socket is fed with; black where nothing feeds it, as in Cycles."""
+    """The surface at a shader socket; black without a link, as in Cycles."""
     source = linked(place)
     if source is None:
         return BLACK
     read = SURFACES.get(source.node.type)
     if read is None:
-        reader.note(f"the shader {source.label!r} is not understood; a plain diffuse surface was used for it")
+        reader.note(f"the shader {source.label!r} is not supported; a plain diffuse surface was used")
         return Diffuse(main_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
     return read(reader, source)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texture nodes: images, and patterns that are computed where light meets the surface."""
+"""Texture nodes: images, and patterns that are computed at the hit point."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .tree import Output, linked
 
 
 def place_of(reader: Reader, output: Output, implicit: str) -> Value:
-    """Coordinates that a texture node reads: its Vector, else its implicit ones, through its Texture Mapping panel."""
+    """Coordinates of a texture node: its Vector, else its implicit ones, through its Texture Mapping panel."""
     source = output.input("Vector")
     if source is None or linked(source) is None:
         place = reader.point(implicit)
@@ -59,7 +59,7 @@ def _through_panel(reader: Reader, node: Any, place: Value) -> Value:
 
 @evaluator("CUSTOM GROUP")
 def _spectral_texture(reader: Reader, output: Output) -> Any:
-    """Our own node; a node of another add-on is not understood."""
+    """The extension's own node; nodes of other add-ons are unsupported."""
     if output.node.bl_idname != NODE:
         return reader.unknown(output)
     try:
@@ -87,19 +87,17 @@ def _image(reader: Reader, output: Output) -> Any:
     if node.projection in ("SPHERE", "TUBE"):
         place = reader.emit("round_coordinates", place, settings=(node.projection,))
     found = reader.emit("image_color", place, settings=(unassociates,), data=texture)
-    return (
-        reader.emit("component", found, settings=(0,)) if is_alpha else found
-    )  # alpha comes as an image of one channel
+    return reader.emit("component", found, settings=(0,)) if is_alpha else found  # alpha is an image of one channel
 
 
 def mapping_matrix(reader: Reader, mapping: Output) -> NDArray[np.float64]:
-    """Affine map (4, 4) that a Mapping node does to a point or direction."""
+    """Affine map (4, 4) of a point or direction by a Mapping node."""
     location = reader.vector(mapping.input("Location"), 0.0)
     turn = _rotation(reader.vector(mapping.input("Rotation"), 0.0))
     stretch = np.diag(reader.vector(mapping.input("Scale"), 1.0))
     kind = mapping.node.vector_type
     matrix = np.eye(4)
-    if kind == "TEXTURE":  # the texture itself is moved, so a point goes the other way
+    if kind == "TEXTURE":  # the texture itself is moved, so a point moves in the other direction
         scale = np.diag(stretch)
         inverse = np.diag(np.divide(1.0, scale, out=np.zeros(3), where=scale != 0)) @ turn.T
         matrix[:3, :3], matrix[:3, 3] = inverse, -inverse @ location
@@ -128,7 +126,7 @@ def _mapping(reader: Reader, output: Output) -> Any:
 
 
 MAPPING_INPUTS = (("Vector", np.zeros(3)), ("Location", np.zeros(3)), ("Rotation", np.zeros(3)), ("Scale", np.ones(3)))
-"""Inputs of the Mapping node; a kind of mapping without a location has no such socket."""
+"""Inputs of the Mapping node; a type of mapping without a location has no such socket."""
 
 
 def _dimensions(node: Any, attribute: str) -> str:
@@ -149,7 +147,7 @@ def _noise(reader: Reader, output: Output) -> Any:
 @evaluator("TEX_WHITE_NOISE")
 def _white_noise(reader: Reader, output: Output) -> Any:
     operation = "white_noise_color" if output.socket.type == "RGBA" else "white_noise"
-    place = reader.read(output, "Vector")  # unlike other textures it has no coordinates of its own
+    place = reader.read(output, "Vector")  # unlike other textures it has no implicit coordinates
     return reader.emit(
         operation, place, reader.read(output, "W"), settings=(_dimensions(output.node, "noise_dimensions"),)
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hair and points in the scene: an instance for each, of a mesh of their own."""
+"""Hair and points in the scene: an instance for each, of its own mesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from . import curves_mesh, particle_mesh, points_mesh
 
 
 def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
-    """Enter hair curves, or a cloud of points, into what a walk has ``found``."""
+    """Add hair curves, or a point cloud, to the ``found`` objects."""
     reads: frozenset[str] = frozenset().union(*(item.reads for item in materials))
     key = (obj.data.as_pointer(), reads)
     if key not in found.meshes:
@@ -33,8 +33,8 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         found.instances[-1] = _with(found.instances[-1], random, object_attributes(obj, instance, reads))
 
 
-def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
-    """Enter the particle hair of an object, which is no object of its own, where the object itself stands."""
+def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
+    """Add the particle hair of an object, which is no separate object, at the object's position."""
     translation = found.translation
     for system in getattr(obj, "particle_systems", ()):
         settings = system.settings
@@ -49,7 +49,7 @@ def place_hair(found: Any, obj: Any, worn: Callable[[Any], list[TranslatedMateri
         mesh = particle_mesh(found.unique("mesh", name), obj, system, is_render=translation.depsgraph.mode == "RENDER")
         if mesh is None:
             continue
-        materials = worn(obj)
+        materials = materials_of(obj)
         material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
         found.meshes[name] = mesh
         _note_unread(found, obj, material.reads, mesh)
@@ -79,7 +79,7 @@ def _with(instance: Instance, random: float, attributes: Any) -> Instance:
 
 
 def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> None:
-    """Name what materials read of hair or points and what they have not."""
+    """Note the attributes that materials read but hair or points do not have."""
     there = {attribute.name for attribute in mesh.attributes}
     for read in sorted(reads - there):
         if read in READS_UV or read.startswith(("generated", "attribute")):

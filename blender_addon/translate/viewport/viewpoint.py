@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a 3D viewport looks through: its own view, orthographic or in perspective, or a camera as it is zoomed there."""
+"""The camera of a 3D viewport: its own view, orthographic or in perspective, or a camera with the viewport's zoom."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Array = NDArray[np.float64]
 
 
 def viewpoint_of(region_data: Any, space: Any, camera: Any) -> Viewpoint:
-    """The viewpoint of a ``RegionView3D`` of a 3D view; ``camera``: evaluated, the one it may look through, or None.
+    """The viewpoint of a ``RegionView3D`` of a 3D view; ``camera``: its evaluated camera, or None.
 
-    Lens, zoom, offset and shift are all in the view's matrices. Clipping and depth of field are the camera's where the
-    view looks through one.
+    Lens, zoom, offset and shift are all in the view's matrices. Clipping and depth of field are the camera's if the
+    view uses one.
     """
     projection = np.array(region_data.window_matrix, dtype=np.float64)
     placed = np.linalg.inv(np.array(region_data.view_matrix, dtype=np.float64))
@@ -28,7 +28,7 @@ def viewpoint_of(region_data: Any, space: Any, camera: Any) -> Viewpoint:
     clips = camera.data if through_camera else space
     near, far = float(clips.clip_start), float(max(clips.clip_end, clips.clip_start * 2))
     if not region_data.is_perspective and not through_camera:
-        near = -far  # a view of its own without perspective begins behind its middle
+        near = -far  # an orthographic view without a camera begins behind its center
     radius, focus = lens_of(camera) if through_camera else (0.0, 1.0)
     return Viewpoint(with_unit_axes(placed), low, high, bool(region_data.is_perspective), near, far, radius, focus)
 
@@ -43,7 +43,7 @@ def window_of(projection: Array, *, is_perspective: bool) -> tuple[Array, Array]
 
 
 def with_unit_axes(matrix: Array) -> Array:
-    """The same directions and place, with axes of length 1."""
+    """The same directions and position, with axes of length 1."""
     result = np.eye(4)
     result[:3, :3] = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
     result[:3, 3] = matrix[:3, 3]

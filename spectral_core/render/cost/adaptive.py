@@ -154,7 +154,7 @@ class AdaptivePicture:
         return pixels.reshape(height, width, 4)
 
     def band_picture(self) -> NDArray[np.float32] | None:
-        """(height, width, n_bands) radiance per nm so far, None where none is measured."""
+        """(height, width, n_bands) radiance per nm so far, None if none is measured."""
         if self._bands is None:
             return None
         width, height = self.size

@@ -43,7 +43,9 @@ def camera_frame(camera: Camera, film: Film) -> CameraFrame:
     """
     axes = camera.world_from_camera[:3, :3]
     if abs(np.linalg.det(axes)) < 1e-30:
-        raise InvalidInputError("the camera's matrix is singular, so it looks nowhere; give it a scale other than 0")
+        raise InvalidInputError(
+            "the camera's matrix is singular, so it has no view direction; give it a scale other than 0"
+        )
     back = axes[:, 2] / np.linalg.norm(axes[:, 2])
     up = axes[:, 1] - back * (axes[:, 1] @ back)
     up /= np.linalg.norm(up)

@@ -45,7 +45,7 @@ def far_rows(lights: LightList) -> Rows:
 
 
 def _usual_distance(lights: LightList) -> float:
-    """Half the extent of all lamps, 1 where there is at most one."""
+    """Half the extent of all lamps, 1 if there is at most one."""
     places = [ball.center for ball in lights.balls] + [panel.center for panel in lights.panels]
     places += [glow.corners.mean(axis=(0, 1)) for glow in lights.glows]
     extent = float(np.linalg.norm(np.ptp(places, axis=0))) / 2 if places else 0.0

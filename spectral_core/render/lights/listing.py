@@ -62,7 +62,7 @@ class Beam:
 
     @property
     def is_even(self) -> bool:
-        """Whether the light is the same in every direction."""
+        """True if the light is the same in every direction."""
         return self.cosine < -1 and self.photometry is None
 
 
@@ -135,7 +135,7 @@ class LightList:
     world: tuple[int, float] | None = None
     """The environment: its source, and its irradiance without occlusion."""
     world_is_constant: bool = False
-    """Whether the surroundings are equally bright in every direction."""
+    """True if the surroundings are equally bright in every direction."""
     even: bool = False
     """True if every source is drawn as if all were equally bright, near or far. Recordings need it: their lights are
     mixed later, so sampling must neither depend on the brightness of a light nor neglect one.

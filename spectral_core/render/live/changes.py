@@ -35,7 +35,7 @@ class SceneChange:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the two scenes are equal."""
+        """True if the two scenes are equal."""
         return not self.items and not self.singles
 
 

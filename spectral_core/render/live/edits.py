@@ -171,8 +171,8 @@ class Edit:
         first write, the first edit of each mesh would cause a new recording.
         """
         for mesh in self._new.meshes:
-            worn = [instance for instance in self._new.instances if instance.mesh == mesh.name]
-            if all(self._is_placed(instance) for instance in worn):
+            placed = [instance for instance in self._new.instances if instance.mesh == mesh.name]
+            if all(self._is_placed(instance) for instance in placed):
                 parts = geometry.split_by_material(mesh)
                 for index, shape, group in self._parts.shapes.meshes.get(mesh.name, []):
                     geometry.fill(self._mi, shape, parts[index], parts[index])

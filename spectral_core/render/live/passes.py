@@ -77,7 +77,7 @@ class Launcher(Accumulator):
         except RuntimeError as error:
             if not self.is_recorded:
                 raise
-            print(f"live view: launches are not recorded, as Dr.Jit says: {error}")
+            print(f"live view: launches are not recorded; Dr.Jit reports: {error}")
             self.is_recorded = False
             result = self._launch(self._inputs, camera, numbers, lane, sums)
         finally:

@@ -49,7 +49,9 @@ class Viewpoint:
         if not (np.isfinite([self.near, self.far]).all() and self.near < self.far):
             raise InvalidInputError(f"the view clips at {self.near:g} and {self.far:g}; expected near < far")
         if self.is_perspective and self.near < 0:
-            raise InvalidInputError(f"the view begins at {self.near:g}; a perspective one begins in front of the eye")
+            raise InvalidInputError(
+                f"the view begins at {self.near:g}; a perspective view must begin in front of the camera"
+            )
 
     @classmethod
     def of_camera(cls, camera: Camera, film: Film) -> Viewpoint:

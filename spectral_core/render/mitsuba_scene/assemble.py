@@ -224,7 +224,7 @@ def size_note(radius: float) -> tuple[Note, ...]:
     """A note on scenes that are too small or too large for 32-bit numbers in any unit."""
     if SMALLEST_SCENE <= radius <= LARGEST_SCENE:
         return ()
-    text = f"it is {2 * radius:.2g} units across, where 32-bit numbers no longer tell near surfaces apart; scale it"
+    text = f"it is {2 * radius:.2g} units across, where 32-bit numbers cannot separate near surfaces; scale it"
     return (Note("Scene", text),)
 
 

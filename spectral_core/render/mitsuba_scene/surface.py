@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closures as rows of the scene's one BSDF, and what a surface emits.
+"""Closures as rows of the scene's one BSDF.
 
 A tree of mixes and sums is a list of closures with weights, as in Cycles; each closure becomes one leaf.
 """
@@ -62,7 +62,7 @@ def _leaf(context: Context, weight: Weight, lobe: Lobe, subject: str) -> Leaf:
 
 
 def _scattering(context: Context, closure: Any, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
-    """The weighted lobes of one closure, bent where it has a normal of its own."""
+    """The weighted lobes of one closure, with its normal if it has one."""
     for amount, made in _lobes(context, closure, weight, subject):
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene that a plan simulates: what the plan leaves out is taken out before the renderer sees it."""
+"""The scene that a plan simulates: omitted effects are removed before rendering."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 SODIUM_D_NM = 589.3
-"""Where an index of refraction is quoted when it is one number."""
+"""Wavelength at which an index of refraction is quoted as one number."""
 
 
 def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
@@ -47,7 +47,7 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
     if any(new is not old for new, old in zip(materials, scene.materials, strict=True)):
         changes["materials"] = materials
         emptied = media_borders(scene) if not plan.is_on("media") else frozenset()
-        if emptied:  # a fog that is left out leaves no walls behind
+        if emptied:  # an omitted medium leaves no border behind
             changes["instances"] = tuple(
                 item for item in scene.instances if not item.materials or not emptied.issuperset(item.materials)
             )
@@ -61,9 +61,9 @@ def simulated_scene(scene: Scene, plan: EffectPlan) -> Scene:
 
 
 def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:
-    """Limits by kind where they end paths before the limit on all bounces does; caustics where something throws any.
+    """Limits by kind if they end paths before the limit on all bounces; caustics if any object can cause them.
 
-    Paths through media know none of them.
+    The integrator for media has none of these limits.
     """
     if plan.is_on("media"):
         return paths

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mitsuba plugins for features of Blender that Mitsuba lacks: closures, mixed paints, lights with Blender's falloffs.
 
-A plugin's class derives from a class of the active variant, so each module here defines its classes inside
+A plugin's class is derived from a class of the active variant, so each module here defines its classes inside
 ``register(mitsuba)``, which runs once per variant.
 """
 

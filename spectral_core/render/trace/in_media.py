@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a path does inside media: fly to the next surface, scatter on the way, ask a light from there."""
+"""Steps of a path in media: free flight to the next surface, scattering, and direct light there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from spectral_core.scene import Rays
 
 
 def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[Flight, Any]:
-    """What becomes of a path (``of``: the next hit, the path) on its way, and the place to ask lights from."""
+    """Flight of a path (``of``: the next hit, the path), and the point for direct light."""
     import drjit as dr
     import mitsuba as mi
 
@@ -25,7 +25,7 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
 
 
 def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]) -> Any:
-    """Turn the paths (``of``: place, path) that scatter in a medium; which of them go on.
+    """Change the direction of paths (``of``: point, path) that scatter in a medium; returns those that continue.
 
     ``draws``: one random number and two; ``limits``: bounces in media, and in all.
     """
@@ -40,12 +40,12 @@ def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: A
     path.volume = dr.select(turns, path.volume + 1, path.volume)
     path.last |= turns & ((path.volume > limits[0]) | (path.depth > limits[1]))
     path.kind = dr.select(turns, int(Rays.VOLUME), path.kind)
-    # A light that the ray meets next could have been asked from here; its weight needs the place and the density.
+    # A light that the ray hits next could have been sampled here; its weight needs the point and the density.
     path.before = dr.select(turns, mi.Interaction3f(place), path.before)
     path.before_pdf = dr.select(turns, density, path.before_pdf)
     path.before_delta &= ~turns
     path.before_both |= turns
-    # Shape 0: light linking knows surfaces only.
+    # Shape 0: light linking is defined for surfaces only.
     path.before_shape = dr.select(turns, 0, path.before_shape)
     onward = mi.Ray3f(path.ray)
     onward.o, onward.d, onward.maxt = place.p, way, dr.largest(mi.Float)
@@ -56,10 +56,10 @@ def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: A
 def toward(
     media: Media, hits: tuple[Any, Any, Any], ways: tuple[Any, Any], fog: tuple[Any, Any], active: Any
 ) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-    """Phase function and its density toward a light, and the medium (and the one around it) that the way begins in.
+    """Phase function and its density toward a light, and the medium (and the one around it) at the start of the ray.
 
-    ``hits``: interaction, number of its shape, path; ``ways``: of the path and to the light; ``fog``: whether the path
-    scatters in a medium here, and in which.
+    ``hits``: interaction, number of its shape, path; ``ways``: directions of the path and to the light; ``fog``: True
+    if the path scatters in a medium here, and the medium.
     """
     import drjit as dr
 

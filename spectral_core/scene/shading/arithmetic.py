@@ -44,7 +44,7 @@ def joined(xp: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 def _power(xp: Any, a: Any, b: Any) -> Any:
-    """Blender's power: of negative numbers only whole powers exist; else 0."""
+    """Blender's power: negative bases have only integer exponents; else 0."""
     size = xp.maximum(xp.absolute(a), 1e-38)
     whole = xp.floor(b) == b
     odd = xp.absolute(b - 2.0 * xp.floor(b * 0.5)) > 0.5
@@ -147,7 +147,7 @@ def clamp(xp: Any, value: Any, low: Any, high: Any, kind: str) -> Any:
 
 @operation("3", 3)
 def clamped_color(xp: Any, color: Any) -> Any:
-    """Components held within [0, 1]."""
+    """Components clipped to [0, 1]."""
     return each(lambda c: clip(xp, c), color)
 
 

@@ -119,7 +119,7 @@ def normal_map(xp: Any, color: Any, strength: Any, normal: Any, tangent: Any, bi
 
 @operation("3 1 3", 3)
 def normal_blend(xp: Any, direction: Any, strength: Any, normal: Any) -> Any:
-    """Normal Map node in world or object space: the stored direction, weighed against the normal."""
+    """Normal Map node in world or object space: the stored direction, mixed with the normal."""
     s = xp.maximum(strength, 0.0)
     return normalized(xp, add(normal, multiply(subtract(normalized(xp, direction), normal), s)))
 
@@ -132,7 +132,7 @@ def around_z(xp: Any, generated: Any) -> Any:
 
 @operation("3 3", 3)
 def along_surface(xp: Any, vector: Any, normal: Any) -> Any:
-    """The part of a direction that lies along the surface, of length 1."""
+    """The tangential part of a direction, normalized."""
     return normalized(xp, cross(normal, normalized(xp, cross(vector, normal))))
 
 
@@ -143,7 +143,7 @@ def reflection(xp: Any, incoming: Any, normal: Any) -> Any:
 
 
 def _wrapped(xp: Any, cell: Any, size: Any, extension: str) -> tuple[Any, Any]:
-    """Column or row inside an image, and whether there is a pixel."""
+    """Column or row inside an image, and True if there is a pixel."""
     inside = (cell >= 0.0) & (cell < size)
     if extension == "repeat":
         cell = cell - size * xp.floor(cell / size)
@@ -164,8 +164,8 @@ def decoded(xp: Any, value: Any) -> Any:
 
 
 def _taps(t: Any, kind: str) -> list[tuple[float, Any]]:
-    """Offsets and weights of the pixels that a filter reads around a place between two pixels."""
-    if kind == "cubic":  # uniform B-spline, as Cycles
+    """Offsets and weights of the pixels in a filter at a position between two pixels."""
+    if kind == "cubic":  # uniform B-spline, as in Cycles
         r = 1.0 - t
         return [
             (-1.0, r * r * r / 6.0),
@@ -180,7 +180,7 @@ def read_image(xp: Any, u: Any, v: Any, image: Any, unassociates: bool) -> tuple
     """Color and alpha of an image at coordinates, filtered as Cycles does: stored values first, then decoded."""
     width, height = xp.size(image)
     x, y = u * width, v * height
-    # far away a number has no fraction left; any pixel is as good, but it must be one
+    # a number far away has no fraction left; any pixel serves, but it must exist
     x, y = (xp.where(xp.isfinite(c) & (xp.absolute(c) < 1e9), c, 0.0) for c in (x, y))
     total = [0.0 * x] * 4
     if image.interpolation == "nearest":
@@ -222,7 +222,7 @@ def _box_weights(xp: Any, normal: Any, blend: float) -> Any:
     only = (one, zero, zero), (zero, one, zero), (zero, zero, one)
     seams = only[0]
     if blend > 0.0:
-        # pairs blend along an edge of the box, all three sides at a corner
+        # two projections are mixed along an edge of the box, all three at a corner
         share = lambda a, b: clip(xp, (safe_divide(xp, a, a + b) - 0.5 * (1.0 - blend)) / blend)  # noqa: E731
         xy, yz, xz = share(x, y), share(y, z), share(x, z)
         corner = each(lambda c: ((2.0 - limit) * c + (limit - 1.0)) / (2.0 * limit - 1.0), (x, y, z))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Material colors as the renderer's variant needs them: RGB, one luminance, or at a ray's wavelengths."""
+"""Material colors for the renderer's variant: RGB, one luminance, or values at a ray's wavelengths."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class SceneColors:
         return [mi.Spectrum([self._lookup(k, wavelengths[i]) for i in range(4)]) for k in range(self.materials)]
 
     def _lookup(self, material: int, wavelength: Any) -> Any:
-        """Linear between table entries; nothing outside the table."""
+        """Linear between table entries; zero outside the table."""
         import drjit as dr
 
         types = self.types

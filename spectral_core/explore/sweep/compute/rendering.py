@@ -97,5 +97,5 @@ def light_amount(scene: Scene, group: str) -> float:
 
 
 def swept_lights_only(paths: Mapping[str, str]) -> bool:
-    """Whether every swept path is the power of a light."""
+    """True if every swept path is the power of a light."""
     return all(path.startswith("lights[") and path.rpartition(".")[2] in LIGHT_PROPERTIES for path in paths.values())

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What closures read about an index of refraction: numbers and tables of albedos, so that another compiles nothing."""
+"""Inputs of closures that depend on an index of refraction: numbers and tables of albedos, so that another index needs
+no new kernel.
+"""
 
 from __future__ import annotations
 
@@ -27,12 +29,12 @@ def _kept(name: str, table: Array) -> dict[str, Any]:
 
 
 def facet_inputs() -> dict[str, Any]:
-    """Energy that the facets of a perfect mirror keep."""
+    """Energy that the facets of a perfect mirror reflect in one bounce."""
     return _kept("single", albedo.conductor())
 
 
 def specular_inputs(ior: float, keeps_energy: bool) -> dict[str, Any]:
-    """The dielectric layer over what is diffuse."""
+    """Inputs of the dielectric layer over the diffuse part."""
     return {
         "ior": Number(ior),
         "ior_fresnel": Number(_average_fresnel(ior)),
@@ -42,7 +44,7 @@ def specular_inputs(ior: float, keeps_energy: bool) -> dict[str, Any]:
 
 
 def coat_inputs(ior: float) -> dict[str, Any]:
-    """The dielectric layer over everything else."""
+    """Inputs of the dielectric layer over everything else."""
     return {
         "coat_ior": Number(ior),
         "coat_fresnel": Number(_average_fresnel(ior)),
@@ -51,7 +53,7 @@ def coat_inputs(ior: float) -> dict[str, Any]:
 
 
 def glass_inputs(context: Context, ior: float | Spectrum, *, smooth: bool) -> dict[str, Any]:
-    """An interface that light passes; in RGB transport a spectrum counts at the sodium line."""
+    """Inputs of a transmissive interface; RGB transport reads a spectrum of the index at the sodium line."""
     nominal = (float(ior.at(589.3)) or 1.5) if isinstance(ior, Spectrum) else float(ior)
     index: Any = Number(nominal)
     if isinstance(ior, Spectrum) and context.spectral:
@@ -87,11 +89,13 @@ def film_inputs(
 
 @cache
 def _layer_albedo(ior: float, keeps_energy: bool) -> Array:
-    """Directional albedo of a rough dielectric's reflection, the energy between facets included if kept."""
+    """Directional albedo of a rough dielectric's reflection, with the energy of later bounces between facets if
+    kept.
+    """
     reflected, _ = albedo.dielectric(round(ior, 6))
     single = albedo.conductor()
     if not keeps_energy:
-        # Cycles layers by the facets' mean Fresnel factor, as if none of the light were lost between them
+        # Cycles layers by the mean Fresnel factor of the facets, as if no light were lost between them
         return reflected / single
     mean, average_fresnel = albedo.average(single)[:, None], _average_fresnel(ior)
     many = average_fresnel * mean / (1 - average_fresnel * (1 - mean))

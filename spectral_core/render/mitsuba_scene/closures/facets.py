@@ -13,7 +13,7 @@ from spectral_core.scene import Glass, Glossy, Metal, Principled, Scalar
 from spectral_core.spectra.spectrum import Spectrum
 
 MIRROR_ROUGHNESS = 0.03
-"""Cycles treats rougher-than-this as rough; below it a surface is a sharp mirror (alpha² under 5e-7)."""
+"""Roughness from which Cycles treats a surface as rough; below it, it is a perfect mirror (alpha² under 5e-7)."""
 
 
 def is_smooth(roughness: Scalar) -> bool:
@@ -21,7 +21,7 @@ def is_smooth(roughness: Scalar) -> bool:
 
 
 def direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: Any, subject: str) -> dict[str, Any]:
-    """What makes a lobe anisotropic, nothing where it is not."""
+    """Inputs of an anisotropic lobe; none for an isotropic one."""
     if anisotropy == 0 or tangent is None:
         return {}
     return {
@@ -69,7 +69,7 @@ def glass(
     *,
     halves: bool = False,
 ) -> Lobe:
-    """``colors``: what is reflected, and what passes."""
+    """``colors``: of the reflection, and of the transmission."""
     roughness = closure.roughness
     smooth = is_smooth(roughness)
     disperses = isinstance(ior, Spectrum) and context.spectral

@@ -36,10 +36,10 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     ior = _specular_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
-        # light passes two surfaces on its way through a body, so each takes half of the color
+        # light passes two surfaces on its way through a body, so each applies half of the color
         glass_ior = closure.ior if isinstance(closure.ior, Spectrum) else ior
         yield through, glass(context, (Tint(np.ones(3)), base), closure, glass_ior, subject, halves=True)
-    # metal keeps its full share; transmission takes its share from what is not metal
+    # metal keeps its full share; transmission replaces a share of the rest
     kept = opaque if closure.transmission == 0 else opaque.times(closure.transmission, complement=True)
     reflecting = {
         "base_color": base,
@@ -81,7 +81,7 @@ def _is_white(color: Any) -> bool:
 
 
 def _specular_ior(closure: Principled) -> float:
-    """Index of refraction that gives the specular level its reflectance: F0 times twice the level (Blender 4)."""
+    """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
     ior = closure.ior if isinstance(closure.ior, float | int) else float(closure.ior.at(589.3)) or 1.5
     if closure.specular_level == 0.5:
         return float(ior)

@@ -24,7 +24,7 @@ def diffuse(context: Context, closure: Diffuse, subject: str) -> Lobe:
 def subsurface(
     context: Context, color: Paint, medium: tuple[tuple[float, float, float], Scalar, float], subject: str
 ) -> Lobe | None:
-    """Light below the surface (radius, scale, anisotropy); None, with a note, where no path walks there."""
+    """Subsurface scattering (radius, scale, anisotropy); None, with a note, if the integrator does not support it."""
     if not context.walks_below:
         context.note(subject, "light below the surface is shown as diffuse where media or volumes are in the scene")
         return None

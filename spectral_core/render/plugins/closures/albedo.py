@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much light a rough surface gives back in one bounce, tabulated: what layering and energy keeping need.
+"""Albedos of rough surfaces for one bounce, as tables: the input of layering and energy compensation.
 
 GGX with height-correlated masking (Heitz 2014, "Understanding the masking-shadowing function"), integrated over
 visible normals (Heitz 2018, "Sampling the GGX distribution of visible normals"). Tables are (roughness, cosine) at
@@ -33,7 +33,7 @@ def nodes() -> tuple[Array, Array]:
 
 @cache
 def conductor() -> Array:
-    """Share (SIZE, SIZE) that a perfect rough mirror reflects in one bounce; the rest bounced between facets."""
+    """Share (SIZE, SIZE) that a perfect rough mirror reflects in one bounce; the rest bounces between facets."""
     _, _, weights, _ = _reflected()
     return _not_below(weights.mean(axis=2, dtype=np.float64))
 

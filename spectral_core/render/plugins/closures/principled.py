@@ -46,7 +46,7 @@ def register(mi: Any, dr: Any) -> None:
                 self.halves = inputs["small_half"], inputs["large_half"]
 
         def tinted(self, si: Any, reflectance: Any, active: Any) -> Any:
-            """A dielectric's reflectance with the specular tint on what it reflects when seen straight on."""
+            """A dielectric's reflectance with the specular tint at normal incidence."""
             if self.specular_tint is None:
                 return reflectance
             facing = self.facing_reflectance.eval_1(si, active)
@@ -78,7 +78,7 @@ def register(mi: Any, dr: Any) -> None:
             return dr.clip(dr.maximum(self.on_film(si, film, cosine, active), rough), 0.0, 1.0)
 
         def layers(self, si: Any, wi: Any, active: Any) -> Any:
-            """Values at a point, and the chance of drawing coat, metal, specular and diffuse."""
+            """Values at a point, and the probabilities of drawing coat, metal, specular and diffuse."""
             color = self.base_color.eval(si, active)
             metallic = dr.clip(self.metallic.eval_1(si, active), 0.0, 1.0)
             roughness = dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
@@ -90,7 +90,7 @@ def register(mi: Any, dr: Any) -> None:
                 coat = coat_weight * self.coat_albedo(coat_roughness, wi.z)
                 below_coat = mi.Spectrum(1.0 - coat)
             if self.coat_weight is not None and self.coat_tint is not None:
-                # absorption on the refracted way through the coat (Cycles: tint to the power of 1 / cosine inside)
+                # absorption along the refracted path through the coat (Cycles: tint to the power of 1 / cosine inside)
                 inner = dr.safe_sqrt(1.0 - (1.0 - wi.z * wi.z) / dr.square(self.coat_ior.eval_1(si, active)))
                 tint = dr.maximum(self.coat_tint.eval(si, active), 1e-6) ** dr.rcp(dr.maximum(inner, 1e-3))
                 below_coat *= dr.lerp(mi.Spectrum(1.0), tint, coat_weight)
@@ -118,7 +118,7 @@ def register(mi: Any, dr: Any) -> None:
             _, metallic, _, below_coat, specular, chances, _, _ = self.layers(si, wi, active)
             start = chances[0] + chances[1] + chances[2]
             share = self.share_below(si, active)
-            # of what is drawn as diffuse the first part goes below the surface
+            # the first part of the samples that are drawn as diffuse goes below the surface
             dives = active & (sample1 >= start) & (sample1 - start < chances[3] * share) & (wi.z > 0.0)
             dive, color = self.below.sample(ctx, si, sample1, sample2, dives)
             above = channel_mean(dr, below_coat) * (1.0 - metallic) * (1.0 - dr.max(specular))

@@ -15,14 +15,14 @@ def both_sides(mi: Any, dr: Any) -> Any:
     """Class of closures that reflect, for the active variant."""
 
     class BothSides(Closure):
-        """A reflecting closure that only knows its upper side: everything is turned there first.
+        """A reflecting closure that is defined for the upper side; directions of the lower side are mirrored first.
 
         ``anisotropy``, ``rotation`` and ``tangent`` (world directions): all three, or none. ``single``, ``mean``:
         tables of the energy that facets keep.
         """
 
         diffuse_alone = False
-        """Whether only what is diffuse is asked for."""
+        """True if only the diffuse part is evaluated."""
 
         draw: Any
         reflect: Any
@@ -45,7 +45,7 @@ def both_sides(mi: Any, dr: Any) -> Any:
             return mi.Vector3f(direction.x, direction.y, dr.mulsign(direction.z, si.wi.z))
 
         def lobe_axes(self, si: Any, active: Any) -> tuple[Any, Any] | None:
-            """Cosine and sine of the lobe's direction in the local frame; None where there is no direction."""
+            """Cosine and sine of the lobe's direction in the local frame; None for an isotropic lobe."""
             if self.anisotropy is None:
                 return None
             along = si.to_local(mi.Vector3f(mi.Color3f(self.tangent.eval_3(si, active))))
@@ -57,7 +57,7 @@ def both_sides(mi: Any, dr: Any) -> Any:
 
         @staticmethod
         def aligned(axes: Any, direction: Any, back: bool = False) -> Any:
-            """A direction with the lobe's along x, or back again."""
+            """A direction rotated so that the lobe's is along x, or back."""
             if axes is None:
                 return direction
             cosine, sine = axes[0], -axes[1] if back else axes[1]
@@ -114,10 +114,10 @@ def register(mi: Any, dr: Any) -> None:
             self.edge_tint = inputs.get("edge_tint", None)
             self.physical, self.film = bool(inputs.get("physical", False)), film_of(inputs)
             self.kind = str(inputs.get("distribution", "ggx"))
-            self.keeps_energy &= self.kind == "ggx"  # the table of what is lost between facets is GGX's
+            self.keeps_energy &= self.kind == "ggx"  # the table of energy between facets holds for GGX
 
         def stretch(self, si: Any, active: Any) -> Any:
-            """Cycles' Glossy BSDF counts anisotropy in another way than its metals do, and from -1 to 1."""
+            """Cycles' Glossy BSDF defines anisotropy differently from its metals, and from -1 to 1."""
             if self.anisotropy is None or self.edge_tint is not None:
                 return super().stretch(si, active)
             amount = dr.clip(self.anisotropy.eval_1(si, active), -0.99, 0.99)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``blender_sheen``: fabric fibers and dust; ``sheen_clear``: how much a layer of it leaves for what lies below.
+"""``blender_sheen``: fabric fibers and dust; ``sheen_clear``: share of light that a layer of it transmits to the layers
+below.
 
 Microfiber sheen is a linearly transformed cosine (Zeltner, Burley and Chiang 2022, "Practical multiple-scattering sheen
 using linearly transformed cosines"). Its table (roughness, cosine, 3) holds the share of light R and the lobe's a and b
@@ -72,11 +73,11 @@ def register(mi: Any, dr: Any) -> None:
             return share, dr.maximum(a, 1e-3), b
 
         def upward(self, si: Any, way: Any) -> Any:
-            """A direction with the viewer above the surface."""
+            """A direction in the frame with the viewer above the surface."""
             return mi.Vector3f(way.x, way.y, dr.mulsign(way.z, si.wi.z))
 
         def axes(self, wi: Any) -> tuple[Any, Any]:
-            """Cosine and sine of the turn from the first axis to the viewer's side."""
+            """Cosine and sine of the rotation from the first axis to the viewer's side."""
             size = dr.norm(mi.Vector2f(wi.x, wi.y))
             across = size > 1e-6
             scale = dr.rcp(dr.maximum(size, 1e-6))
@@ -132,7 +133,9 @@ def register(mi: Any, dr: Any) -> None:
             return dr.select(active, self.color.eval(si, active) * value, 0.0), density
 
     class SheenClear(mi.Texture):
-        """What a layer of Microfiber sheen of ``weight``, ``roughness`` and ``color`` leaves, at the angle of view."""
+        """Share that a layer of Microfiber sheen of ``weight``, ``roughness`` and ``color`` transmits, at the view
+        angle.
+        """
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)

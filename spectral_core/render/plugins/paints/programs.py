@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operations of shading programs may use on Dr.Jit arrays, and what they read from a hit point."""
+"""Operations on Dr.Jit arrays for shading programs, and the data of a hit point that they read."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BUMP_STEP = 3e-4
 
 
 class DrJit:
-    """What operations may use, on Dr.Jit arrays, at one hit point."""
+    """Operations of shading programs on Dr.Jit arrays, at one hit point."""
 
     def __init__(self, tables: SceneTables, si: Any, active: Any) -> None:
         self.tables, self.si, self.active = tables, si, active
@@ -32,11 +32,11 @@ class DrJit:
         return self.mi.Float(value)
 
     def minimum(self, a: Any, b: Any) -> Any:
-        """The smaller."""
+        """The smaller number."""
         return self.dr.minimum(a, b)
 
     def maximum(self, a: Any, b: Any) -> Any:
-        """The larger."""
+        """The larger number."""
         return self.dr.maximum(a, b)
 
     def where(self, condition: Any, yes: Any, no: Any) -> Any:
@@ -48,15 +48,15 @@ class DrJit:
         return self.dr.select(condition, yes, no)
 
     def sqrt(self, value: Any) -> Any:
-        """Root, of negative numbers 0."""
+        """Square root, 0 for negative numbers."""
         return self.dr.safe_sqrt(value)
 
     def asin(self, value: Any) -> Any:
-        """Arc sine of a number held within [-1, 1]."""
+        """Arc sine of a number clipped to [-1, 1]."""
         return self.dr.safe_asin(value)
 
     def acos(self, value: Any) -> Any:
-        """Arc cosine of a number held within [-1, 1]."""
+        """Arc cosine of a number clipped to [-1, 1]."""
         return self.dr.safe_acos(value)
 
     def power(self, base: Any, exponent: Any) -> Any:
@@ -106,7 +106,7 @@ class DrJit:
     # the hit point
 
     def input(self, name: str, shift: int) -> Any:
-        """Something of the hit point, or of a small step along the surface from it."""
+        """A quantity of the hit point, or of a point at a small step along the surface."""
         if (name, shift) not in self._read:
             self._read[name, shift] = self._input(name, shift)
         return self._read[name, shift]
@@ -158,7 +158,7 @@ class DrJit:
         mi = self.mi
         moved = mi.SurfaceInteraction3f(self.si)
         place = self._position(shift)
-        if self.tables.has_instances:  # Mitsuba finds the place in the triangle from the point in the mesh's own space
+        if self.tables.has_instances:  # Mitsuba's position in the triangle is from the mesh's space
             is_instance = self._number_of(self.si.instance) != 0
             place = self.dr.select(
                 is_instance, mi.Point3f(*self.transform(self._tuple(place), "POINT", "OBJECT", False)), place
@@ -168,7 +168,7 @@ class DrJit:
         return found.x, found.y, found.z
 
     def _sided(self, normal: Any) -> Any:
-        """A normal turned to the side of the viewer."""
+        """A normal on the viewer's side."""
         toward = self.si.to_world(self.si.wi)
         return self._tuple(self.dr.select(self.dr.dot(self.si.n, toward) < 0.0, -normal, normal))
 
@@ -225,7 +225,7 @@ class DrJit:
     def transform(self, vector: Any, kind: str, space: str, inverse: bool) -> Any:
         """From the world to ``OBJECT`` or ``CAMERA`` space, or back."""
         rows = self._camera_rows(inverse) if space == "CAMERA" else self._object_rows(inverse)
-        if kind == "NORMAL":  # by the transposed map the other way
+        if kind == "NORMAL":  # in the other direction by the transposed matrix
             other = self._camera_rows(not inverse) if space == "CAMERA" else self._object_rows(not inverse)
             return tuple(sum(other[j][i] * vector[j] for j in range(3)) for i in range(3))
         moved = tuple(sum(rows[i][j] * vector[j] for j in range(3)) for i in range(3))
