@@ -101,8 +101,11 @@ def _surface(surface: Surface, plan: EffectPlan) -> Surface:
 def _closure(surface: Closure, plan: EffectPlan) -> Closure:
     if isinstance(surface, (Glass, Principled)) and isinstance(surface.ior, Spectrum) and not plan.is_on("dispersion"):
         surface = replace(surface, ior=float(surface.ior.at(SODIUM_D_NM)) or 1.5)
-    has_film = isinstance(surface, (Glass, Metal, Principled)) and surface.thin_film_thickness != 0
-    if has_film and not plan.is_on("thin_film"):
+    if (
+        isinstance(surface, (Glass, Metal, Principled))
+        and surface.thin_film_thickness != 0
+        and not plan.is_on("thin_film")
+    ):
         surface = replace(surface, thin_film_thickness=0.0)
     if isinstance(surface, Fluorescent) and not plan.is_on("fluorescence"):
         return Diffuse(surface.color, normal=surface.normal)

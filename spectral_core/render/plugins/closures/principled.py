@@ -17,7 +17,9 @@ from spectral_core.render.plugins.numbers import channel_mean
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
 
-    class BlenderPrincipled(both_sides(mi, dr)):
+    reflecting: Any = both_sides(mi, dr)
+
+    class BlenderPrincipled(reflecting):  # type: ignore[misc]
         """Coat over (metal mixed with specular over diffuse).
 
         ``specular_tint``, ``diffuse_roughness``, what begins with ``coat`` and ``subsurface`` may be absent. ``ior``

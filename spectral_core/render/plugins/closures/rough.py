@@ -102,7 +102,9 @@ def both_sides(mi: Any, dr: Any) -> Any:
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
 
-    class BlenderGlossy(both_sides(mi, dr)):
+    reflecting: Any = both_sides(mi, dr)
+
+    class BlenderGlossy(reflecting):  # type: ignore[misc]
         """``color`` times a rough mirror of ``roughness`` (textures); ``edge_tint`` makes it a metal.
 
         ``physical``: one by Fresnel's equations. A metal may have a thin film.
