@@ -16,7 +16,6 @@ from spectral_core.render.plugins.numbers import channel_mean
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
-
     reflecting: Any = both_sides(mi, dr)
 
     class BlenderPrincipled(reflecting):  # type: ignore[misc]

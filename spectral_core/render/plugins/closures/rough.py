@@ -101,7 +101,6 @@ def both_sides(mi: Any, dr: Any) -> Any:
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
-
     reflecting: Any = both_sides(mi, dr)
 
     class BlenderGlossy(reflecting):  # type: ignore[misc]
