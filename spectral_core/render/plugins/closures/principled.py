@@ -18,7 +18,7 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
     reflecting: Any = both_sides(mi, dr)
 
-    class BlenderPrincipled(reflecting):  # type: ignore[misc]
+    class BlenderPrincipled(reflecting):
         """Coat over (metal mixed with specular over diffuse).
 
         ``specular_tint``, ``diffuse_roughness``, what begins with ``coat`` and ``subsurface`` may be absent. ``ior``

@@ -103,7 +103,7 @@ def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
     reflecting: Any = both_sides(mi, dr)
 
-    class BlenderGlossy(reflecting):  # type: ignore[misc]
+    class BlenderGlossy(reflecting):
         """``color`` times a rough mirror of ``roughness`` (textures); ``edge_tint`` makes it a metal.
 
         ``physical``: one by Fresnel's equations. A metal may have a thin film.
