@@ -138,7 +138,7 @@ DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
     "ours, rate 2, packing": _ours(2, "packing"),
     "ours, rate 3, packing": _ours(3, "packing"),
     "ours, rate 2, second moment": _ours(2, "second_moment"),
-    "ours, rate 2, packing, latinised": _ours_latin,
+    "ours, rate 2, packing, latinized": _ours_latin,
 }
 PROGRESSIVE = ("Sobol, scrambled", "Halton, scrambled", "R-sequence", "ours, rate 2, packing", "ours, rate 3, packing",
                "ours, rate 2, second moment")  # fmt: skip

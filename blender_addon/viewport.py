@@ -32,7 +32,7 @@ class Viewport:
             self._session.update(context, depsgraph)
         except Exception as error:  # noqa: BLE001 - Blender would switch the view off, and say nothing in it
             traceback.print_exc()
-            self._session.fail(f"The view could not be brought up to date ({type(error).__name__}: {error})")
+            self._session.fail(f"The view could not be updated ({type(error).__name__}: {error})")
         engine.tag_redraw()
 
     def draw(self, engine: Any, context: Any, depsgraph: Any) -> None:

@@ -64,7 +64,7 @@ def require_text(name: str, text: str) -> str:
     if not isinstance(text, str):
         raise InvalidInputError(f"{name} is {str(text)[:40]}; expected text")
     if "\0" in text or any("\ud800" <= each <= "\udfff" for each in text):
-        raise InvalidInputError(f"{name} is {text[:40]!r}, which no file can hold; rename it")
+        raise InvalidInputError(f"{name} is {text[:40]!r}, which no file can store; rename it")
     return text
 
 

@@ -24,12 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="FILE.exr", help="transport file; default SCENE.transport.exr")
     parser.add_argument(
         "--storage", choices=KINDS, default="dial",
-        help="dial: mixtures of the lights as they are; bands: new spectra, nearly; exact: new spectra on a 10 nm grid",
+        help="dial: mixtures of the lights; bands: new spectra, approximately; exact: new spectra on a 10 nm grid",
     )  # fmt: skip
     parser.add_argument(
         "--one-per-light", action="store_true", help="a group for each light, not Blender's light groups"
     )
-    parser.add_argument("--estimate", action="store_true", help="only state memory and error, render nothing")
+    parser.add_argument("--estimate", action="store_true", help="print memory and error only, render nothing")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -135,7 +135,7 @@ def start(scene: Scene) -> Run:
     """Start the sweep in a separate process."""
     global _run
     if _run is not None and _run.process.poll() is None:
-        raise InvalidInputError("a sweep is on its way; wait for it or cancel it")
+        raise InvalidInputError("a sweep is running; wait for it or cancel it")
     sweep = scene.spectral.sweep
     document, folder = write_documents(scene)
     _run = Run(command_line(document, folder, sweep.workers), folder, sweep.budget)
@@ -147,7 +147,7 @@ def resume(scene: Scene) -> None:
     """Render the points that the page added, from the copy of the file of the sweep."""
     global _run
     if _run is not None and _run.process.poll() is None:
-        raise InvalidInputError("a sweep is on its way; wait for it or cancel it")
+        raise InvalidInputError("a sweep is running; wait for it or cancel it")
     sweep, folder = scene.spectral.sweep, folder_of(scene.spectral.sweep)
     with Store.open(folder) as store:
         total = len(store.ledger.rows())
@@ -193,7 +193,7 @@ def wait(scene: Scene) -> None:
 def cancel() -> None:
     """End the run."""
     if _run is None:
-        raise InvalidInputError("no sweep is on its way")
+        raise InvalidInputError("no sweep is running")
     _run.end()
 
 

@@ -105,6 +105,6 @@ def setting_at(path: str) -> Setting:
         if known.type == "ENUM":
             raise InvalidInputError(f"{path!r} offers values that depend on the file, which a sweep cannot list")
     raise InvalidInputError(
-        f"{path!r} is nothing that a sweep can vary; expected a number, one component of a vector or color, a switch, "
+        f"{path!r} cannot be varied by a sweep; expected a number, one component of a vector or color, a switch, "
         "or a choice from a list"
     )

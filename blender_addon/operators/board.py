@@ -40,7 +40,7 @@ class SPECTRAL_OT_board_start(bpy.types.Operator):
             self.report({"WARNING"}, text)
         if not running.links:
             live.stop()
-            self.report({"WARNING"}, "no board could be reached, so nothing runs")
+            self.report({"WARNING"}, "no board was found, so nothing was started")
             return {"CANCELLED"}
         if running.osc_port is not None:
             self.report({"INFO"}, f"listening for OSC on port {running.osc_port}")
@@ -96,7 +96,7 @@ class SPECTRAL_OT_board_learn(bpy.types.Operator):
         running = live.session() or live.start(context.scene)[0]
         if not running.links:
             live.stop()
-            raise InvalidInputError("no board could be reached; connect one, or switch OSC on")
+            raise InvalidInputError("no board was found; connect one, or switch OSC on")
         running.board.learn(self.target)
         self.report({"INFO"}, "move a fader")
 

@@ -75,7 +75,7 @@ class SPECTRAL_OT_dial_check(bpy.types.Operator):
         if not dial_in(context).scene_hash:
             raise InvalidInputError("no transport is recorded yet; press Record")
         found = changes.compare(context.scene)
-        self.report({"WARNING" if found else "INFO"}, found or "the scene is as it was recorded")
+        self.report({"WARNING" if found else "INFO"}, found or "the scene is unchanged since the recording")
 
 
 class SPECTRAL_OT_dial_save(bpy.types.Operator, ExportHelper):

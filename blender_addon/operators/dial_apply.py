@@ -53,7 +53,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         changes.accept(context.scene, before)
         keyed = _animated(dial)
         if keyed:
-            self.report({"WARNING"}, f"{keyed} is animated: its keyframes may take the mixture back")
+            self.report({"WARNING"}, f"{keyed} is animated: its keyframes may replace the mixture")
         self.report({"INFO"}, f"{count} powers and strengths written")
 
 
@@ -63,7 +63,7 @@ def _require_lamps(dial: PropertyGroup) -> None:
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
-                    f"{kept.owner.name!r} is a glowing object, which cannot be given the lamp {bulb.lamp!r} by itself; "
+                    f"{kept.owner.name!r} is a glowing object, which cannot have the lamp {bulb.lamp!r}; "
                     "give it to its Emission node, or empty the bulb's lamp"
                 )
             if bulb.lamp and kept.owner is not None:
@@ -115,7 +115,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         lamp = lamps[strongest]
         if lamp is None or not shares[strongest]:
             raise InvalidInputError(
-                "no lamp takes part in the mixture, so none can be made of it; turn the dial to one"
+                "no lamp contributes to the mixture, so no lamp can be made of it; turn the dial to one"
             )
         spectrum = _mixed_spectrum(dial, mixing.transport, shares)
         made = lamp.owner.copy()

@@ -135,7 +135,7 @@ class SPECTRAL_OT_dial_record(bpy.types.Operator):
         try:
             note = _keep(context, self._recording)
         except RenderCancelled:
-            self.report({"WARNING"}, "stopped; the dial is as it was")
+            self.report({"WARNING"}, "stopped; the dial is unchanged")
             return {"CANCELLED"}
         except (SpectralError, OSError) as error:
             self.report({"ERROR"}, str(error))

@@ -102,7 +102,7 @@ class SPECTRAL_OT_palette_mend(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         done = bindings.mend(palette_in(context))
-        self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is as it was chosen")
+        self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is current")
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_apply, SPECTRAL_OT_palette_mend))

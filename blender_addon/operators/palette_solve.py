@@ -20,7 +20,7 @@ PRESETS = [
     ("HIDDEN_MARK", "Hidden Mark", "A mark that daylight hides and a street lamp reveals", 2),
     ("COLOR_CONSTANCY", "Color Constancy", "One material keeps its color when the light changes, another does not", 3),
     ("XRAY_SMOKE", "X-Ray Smoke", "A smoke that is not there under two lights and shows under a third", 4),
-    ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as they can elsewhere", 5),
+    ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as possible elsewhere", 5),
 ]
 
 LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluorescent"}

@@ -110,7 +110,8 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     facts = told.row()  # below: beside them, a narrow sidebar truncates the text
     facts.active = False
     worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
-    facts.label(text=f"{worst} · {_duration(palette.milliseconds)}", icon="BLANK1")
+    took = f" · {_duration(palette.milliseconds)}" if palette.milliseconds > 0 else ""
+    facts.label(text=f"{worst}{took}", icon="BLANK1")
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
@@ -177,7 +178,7 @@ def draw_robustness(layout: UILayout, context: Context) -> None:
     palette = context.scene.spectral.palette
     hint = layout.column()
     hint.active = False
-    wrapped(hint, context, "Cells that should match, match for these eyes, and under the variants of each lamp.")
+    wrapped(hint, context, "Matching cells hold for these observers, and under the variants of each lamp.")
     layout.column(align=True).prop(palette, "observers")
     layout.use_property_split = True
     layout.use_property_decorate = False

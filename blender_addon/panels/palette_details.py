@@ -14,8 +14,8 @@ HINTS = {
     "SAME": "Looks the same as the chosen cell, whatever color that becomes.",
     "CONSTANT": "Keeps the color it has under the chosen lights.",
     "BLACK": "Shows nothing under this light.",
-    "DISTINCT": "Differs from the chosen cells as much as it can. Takes seconds: press Solve.",
-    "IGNORE": "Anything goes. Leaves the most room to the other cells.",
+    "DISTINCT": "Differs from the chosen cells as much as possible. Takes seconds: press Solve.",
+    "IGNORE": "Any color. Leaves the most freedom to the other cells.",
 }
 
 REFERENCE_TITLES = {"SAME": "Same as:", "CONSTANT": "Constant with:", "DISTINCT": "Distinct from:"}

@@ -27,7 +27,7 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
     if not len(palette.alternatives):
         hint = layout.column()
         hint.active = False
-        wrapped(hint, context, "Answers that show what was asked alike, and differ elsewhere.")
+        wrapped(hint, context, "Solutions that meet the targets equally well, and differ elsewhere.")
         return
     lamps = palette.alternatives[0].lamps
     wrapped(layout, context, f"Seen under {lamps}, from left to right.", icon="LIGHT")
@@ -76,7 +76,7 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     hint.active = False
     wrapped(
         hint, context,
-        "A dye takes light in and sends it out at a longer wavelength. Begin the wavelengths under Design below the "
-        "first. Apply to Scene gives materials their dyes, and rendering shows what these send out.",
+        "A dye absorbs light and emits it at a longer wavelength. Begin the wavelengths under Design below the "
+        "first. Apply to Scene gives materials their dyes, and rendering shows their light.",
         indent=60.0,
     )  # fmt: skip

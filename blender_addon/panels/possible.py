@@ -31,7 +31,7 @@ def draw_possible(layout: UILayout, context: Context, palette: PropertyGroup) ->
     if picture is not None:
         hint = box.column()
         hint.active = False
-        wrapped(hint, context, "Bright: possible at this lightness. Ring: asked. Dot: nearest.", indent=60.0)
+        wrapped(hint, context, "Bright: possible at this lightness. Ring: target. Dot: nearest.", indent=60.0)
 
 
 def _is_of_selected(palette: PropertyGroup, answer: PropertyGroup) -> bool:

@@ -98,7 +98,7 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
         hint = layout.column()
         hint.active = False
         text = (
-            "A dye takes light in and sends it out at a longer wavelength. Seen where spectra are traced; a violet or "
+            "A dye absorbs light and emits it at a longer wavelength. Seen where spectra are traced; a violet or "
             "ultraviolet lamp shows it most."
         )
         wrapped(hint, context, text)

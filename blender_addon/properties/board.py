@@ -27,7 +27,7 @@ class SpectralBoardBinding(bpy.types.PropertyGroup):
     high: FloatProperty(name="High", default=1.0, update=_changed, description="The number with the fader up")
     pick_up: BoolProperty(
         name="Pick Up", update=_changed,
-        description="The fader does nothing until it has passed the present value, so that nothing jumps",
+        description="The fader does nothing until it has passed the present value, so that the value does not jump",
     )  # fmt: skip
 
 

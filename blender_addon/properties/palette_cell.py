@@ -81,7 +81,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
         description="How much this cell counts beside the others, up to 1000. To enforce it, make it exact",
     )  # fmt: skip
     exact: BoolProperty(
-        name="Exact", default=False, update=edited, description="Must hold to the last digit; the other cells give way"
+        name="Exact", default=False, update=edited, description="Must hold exactly; the other cells may be missed"
     )
 
     actual_linear: FloatVectorProperty(size=3)

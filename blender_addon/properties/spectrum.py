@@ -42,11 +42,11 @@ class SpectralCarriedDye(bpy.types.PropertyGroup):
 
     excitation_nm: FloatProperty(
         name="Takes In (nm)", default=405.0, min=300.0, max=760.0, precision=0, update=tag,
-        description="Wavelength around which the dye takes light in; 365 and 405 nm are black lights",
+        description="Wavelength around which the dye absorbs light; 365 and 405 nm are black lights",
     )  # fmt: skip
     emission_nm: FloatProperty(
         name="Sends Out (nm)", default=530.0, min=320.0, max=800.0, precision=0, update=tag,
-        description="Wavelength around which the dye sends light out; longer than where it takes it in",
+        description="Wavelength around which the dye emits light; longer than the one that it absorbs",
     )  # fmt: skip
     amount: FloatProperty(
         name="Amount", default=0.3, min=0.0, max=1.0, precision=3, update=tag,

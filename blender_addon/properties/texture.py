@@ -44,7 +44,7 @@ class SpectralTextureNode(bpy.types.ShaderNodeCustomGroup):
     )
     interpolation: bpy.props.EnumProperty(name="Interpolation", items=INTERPOLATIONS)
     extension: bpy.props.EnumProperty(name="Extension", items=EXTENSIONS)
-    message: bpy.props.StringProperty(name="Message", description="Why the file cannot be used")
+    message: bpy.props.StringProperty(name="Message", description="Reason why the file cannot be used")
 
     def init(self, _context: Context) -> None:
         """Create the group that shows the picture in engines without spectra."""

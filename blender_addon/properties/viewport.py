@@ -39,7 +39,7 @@ class SpectralLook(bpy.types.PropertyGroup):
     )  # fmt: skip
     adapts: BoolProperty(
         name="Adapt to Light", default=False, update=changed,
-        description="Show what an eye sees that is used to this light: white surfaces look white (Bradford)",
+        description="Show the appearance after adaptation to this light: white surfaces look white (Bradford)",
     )  # fmt: skip
 
 
@@ -48,7 +48,7 @@ class SpectralViewport(bpy.types.PropertyGroup):
 
     samples: IntProperty(
         name="Viewport Samples", default=256, min=1, soft_max=4096, update=changed,
-        description="Light paths per pixel after which the Rendered viewport rests",
+        description="Light paths per pixel after which the Rendered viewport stops",
     )  # fmt: skip
     is_paused: BoolProperty(
         name="Pause", default=False, update=changed,

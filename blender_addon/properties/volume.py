@@ -27,7 +27,7 @@ VOLUME_FIELDS = by_name(
         "rule", EnumProperty, "rule", name="Steps", default="auto",
         description="How the steps along a ray are chosen",
         items=[
-            ("auto", "Automatic", "Whatever needs fewest samples and least time for the wanted error", 0),
+            ("auto", "Automatic", "The rule with the fewest samples and the least time for the wanted error", 0),
             ("uniform", "Uniform", "The same step everywhere", 1),
             ("thesis", "Sampling Theorem", "Steps from the local band limit, as the thesis derives it (Eq. 4.14)", 2),
             ("error", "Even Error", "Steps that spread the error evenly over the ray", 3),
@@ -35,7 +35,7 @@ VOLUME_FIELDS = by_name(
     ),
     Field(
         "quality_db", FloatProperty, "quality", name="Quality", default=50.0, min=20.0, max=90.0, precision=0,
-        description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 past what screens show",
+        description="Signal-to-noise ratio of the picture in dB: 40 for a preview, 50 good, 60 beyond any display",
     ),
     Field(
         "lighting", EnumProperty, "lighting", name="Lighting", default="scene",
@@ -93,7 +93,7 @@ class SpectralVolume(bpy.types.PropertyGroup):
 
     enabled: BoolProperty(
         name="Transfer Function", update=_changed, default=False,
-        description="Show the data through this transfer function; without, the volume's shader is meant",
+        description="Render the data with this transfer function; otherwise with the volume's shader",
     )  # fmt: skip
     materials: CollectionProperty(type=SpectralVolumeMaterial)
     active: IntProperty(name="Material", min=0)

@@ -96,7 +96,7 @@ def _run(given: list[str], packages: Sequence[str]) -> int:
     except SpectralError as error:
         return _failed(parsed, error, str(error))
     except MemoryError as error:
-        return _failed(parsed, error, f"not enough memory; ask for less ({error})")
+        return _failed(parsed, error, f"not enough memory; use smaller settings ({error})")
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -136,4 +136,4 @@ def _trial(what: str) -> tuple[subprocess.CompletedProcess[str], str]:
 
 
 def _last_line(done: subprocess.CompletedProcess[str]) -> str:
-    return (done.stderr.strip() or "it ended without a word").splitlines()[-1]
+    return (done.stderr.strip() or "it ended without a message").splitlines()[-1]

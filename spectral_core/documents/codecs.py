@@ -144,7 +144,7 @@ def decoded_spectrum(
     if "luminance" not in table:
         return spectrum
     if not isinstance(spectrum, Illuminant):
-        raise InvalidInputError(f"spectrum {spectrum.name!r} is no light, so it has no luminance; remove that word")
+        raise InvalidInputError(f"spectrum {spectrum.name!r} is no light, so it has no luminance; remove luminance")
     return normalized(spectrum, luminance=float(table["luminance"]))
 
 

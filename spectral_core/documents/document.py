@@ -69,7 +69,7 @@ def _parsed(file: Path, what: str) -> Any:
 def _require_readable_toml(text: str, file: Path) -> None:
     if len(text) > MOST_TOML_BYTES:
         raise FileFormatError(
-            f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the most that is read of TOML; write it as JSON"
+            f"{file} is larger than {MOST_TOML_BYTES >> 20} MiB, the limit for TOML; write it as JSON"
         )
     for number, line in enumerate(text.splitlines(), 1):
         key, assigns, _ = line.partition("=")

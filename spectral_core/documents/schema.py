@@ -111,9 +111,7 @@ class Schema:
                 raise FileFormatError(f"{where} has no {name!r}; expected it beside {beside}")
         for name, item in value.items():
             if name not in known and not schema.get("additionalProperties", True):
-                raise FileFormatError(
-                    f"{where} holds the unknown word {name[:60]!r}; known: {', '.join(sorted(known))}"
-                )
+                raise FileFormatError(f"{where} has the unknown entry {name[:60]!r}; known: {', '.join(sorted(known))}")
             self._check(item, known.get(name, {}), f"{place}.{name}" if place else name)
 
     def _check_list(self, value: list[Any], schema: Table, place: str) -> None:

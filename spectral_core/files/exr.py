@@ -113,7 +113,7 @@ def require_whole_exr(path: Path) -> None:
                 for offset in struct.unpack(f"<{count}Q", stream.read(8 * count)):
                     _require_chunk(stream, offset + 4 * multipart, size)
         except (struct.error, KeyError) as error:
-            raise FileFormatError(f"{path} is cut: {error}") from error
+            raise FileFormatError(f"{path} is truncated: {error}") from error
 
 
 def _headers(stream: BinaryIO, multipart: bool) -> list[dict[str, bytes]]:

@@ -57,12 +57,12 @@ def reading(path: str | Path, what: str = "") -> Iterator[None]:
     except RecursionError as error:
         raise FileFormatError(f"{path}: its lists or tables are nested too deeply{expected}") from error
     except MemoryError as error:
-        raise FileFormatError(f"{path}: it asks for more memory than there is{expected}") from error
+        raise FileFormatError(f"{path}: it needs more memory than is available{expected}") from error
     except OSError as error:
         raise FileFormatError(f"{path} cannot be read: {error.strerror or error}{expected}") from error
     except Exception as error:
         reason = str(error) or type(error).__name__
-        raise FileFormatError(f"{path} is cut, damaged or of another kind: {_short(reason)}{expected}") from error
+        raise FileFormatError(f"{path} is truncated, damaged or of another type: {_short(reason)}{expected}") from error
 
 
 def open_regular(path: str | Path) -> BinaryIO:
@@ -96,7 +96,7 @@ def read_bytes(path: str | Path, most: int = MOST_TEXT_BYTES) -> bytes:
         while len(data) <= most and (more := stream.read(_CHUNK)):
             data += more
     if len(data) > most:
-        raise FileFormatError(f"{path} is larger than {most / 2**20:g} MiB, the most that is read of such a file")
+        raise FileFormatError(f"{path} is larger than {most / 2**20:g} MiB, the limit for such a file")
     return data
 
 

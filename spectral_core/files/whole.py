@@ -107,7 +107,7 @@ def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str
     target = Path(path)
     if os.path.lexists(target) and not (target.is_file() and is_own(target)):
         raise InvalidInputError(
-            f"{target} is there already and is no {kind}, so it is not replaced; choose another path, or remove it"
+            f"{target} exists already and is no {kind}, so it is not replaced; choose another path, or remove it"
         )
 
 
@@ -162,13 +162,13 @@ def _finish(unfinished: Path, lock: _Lock, target: Path, check: Callable[[Path],
         with unfinished.open("rb+") as stream:  # a library may have created another file there
             os.fsync(stream.fileno())
     if unfinished.stat().st_size == 0 and check is not None:
-        raise FileWriteError(f"{target} could not be written: nothing arrived on the disk; is it full?")
+        raise FileWriteError(f"{target} could not be written: nothing was written to the disk; is it full?")
     if check is not None:
         try:
             check(unfinished)
         except Exception as error:  # a reader may raise any error for an incomplete file
             raise FileWriteError(
-                f"{target} could not be written: what arrived on the disk is not whole; is it full? ({error})"
+                f"{target} could not be written: the file on the disk is incomplete; is the disk full? ({error})"
             ) from error
     if fcntl is None:
         lock.release()
@@ -193,10 +193,10 @@ def _told(target: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError
-        kept = "; the file that was there is as it was" if target.exists() else ""
+        kept = "; the earlier file is unchanged" if target.exists() else ""
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
-            reason = f"the folder {target.parent} does not exist; make it first"
+            reason = f"the folder {target.parent} does not exist; create it first"
         raise FileWriteError(f"{target} could not be written: {reason}{kept}") from error
 
 

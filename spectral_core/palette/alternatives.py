@@ -78,13 +78,13 @@ def alternatives(
         ),
     )
     if not any(item.free for item in problem.reflectances):
-        raise InvalidInputError("every material is measured or locked, so there is one answer; unlock one")
+        raise InvalidInputError("every material is measured or locked, so there is only one solution; unlock one")
     if wants_distinct(problem):
         found = distinct_solutions(problem, starts=max(wanted, 6), seed=seed)
         return _chosen(list(found), wanted, [light.name for light in problem.lights])
     first = solution if solution is not None and not held else solve_palette(problem, explain=False)
     if not first.status.usable:
-        raise InvalidInputError(f"the palette has no answer to vary: {first.remedy}")
+        raise InvalidInputError(f"the palette has no solution to vary: {first.remedy}")
     rng = np.random.default_rng(seed)
     pushers = {i: _Pusher(first, i) for i, item in enumerate(problem.reflectances) if item.free}
     tried = [first]

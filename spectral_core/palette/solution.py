@@ -43,19 +43,19 @@ class PaletteStatus(StrEnum):
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (
-        "Some colors cannot all be had. Raise the weight of those that matter, free or ignore a conflicting cell, let "
-        "a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
+        "Some colors cannot be reached together. Raise the weight of those that matter, free or ignore a conflicting "
+        "cell, let a light be designed too, brighten the lights, lower the smoothness, or use a finer grid."
     ),
     PaletteStatus.EXACT_CONFLICT: (
         "Not all exact cells can hold at once; the closest compromise is shown. Make one of the conflicting cells not "
-        "exact, free a light or reflectance that they share, or drop what a light must look like."
+        "exact, free a light or reflectance that they share, or remove the white of a light."
     ),
     PaletteStatus.INVISIBLE: (
-        "A color is asked under a light that the eye does not see on this grid. Give the light power between 380 and "
+        "A target is under a light that is invisible on this grid. Give the light power between 380 and "
         "780 nm, or widen the grid."
     ),
     PaletteStatus.INACCURATE: (
-        "No solver gave an answer that passed the check; the best try is shown, do not rely on it. Bring weights and "
+        "No solver's solution passed the check; the best one is shown, but it is not reliable. Bring weights and "
         "light intensities nearer to each other, or add a little smoothness."
     ),
     PaletteStatus.IMPROVING: (

@@ -37,7 +37,7 @@ from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
 
 DYES_IN_BANDS = (
-    "dyes send light out at other wavelengths than it comes at, so the stored bands hold for lamps of the spectra that "
+    "dyes emit light at other wavelengths than they absorb, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
 )
 

@@ -89,12 +89,12 @@ class Scene:
         for instance in self.instances:
             if instance.mesh not in meshes:
                 raise InvalidInputError(
-                    f"instance {instance.name!r} shows mesh {instance.mesh!r}, which the scene lacks"
+                    f"instance {instance.name!r} shows mesh {instance.mesh!r}, which is not in the scene"
                 )
             missing = [name for name in instance.materials if name not in materials]
             if missing:
                 raise InvalidInputError(
-                    f"instance {instance.name!r} wears material {missing[0]!r}, which the scene lacks"
+                    f"instance {instance.name!r} has material {missing[0]!r}, which is not in the scene"
                 )
 
 

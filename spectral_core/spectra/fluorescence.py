@@ -121,7 +121,7 @@ def require_energy(name: str, wavelengths_nm: Array, reflected: Array, sent_out:
         room = max(1.0 - float(reflected[worst]), 0.0) / max(float(sent_out[worst]), 1e-300)
         raise InvalidInputError(
             f"surface {name!r} returns {total[worst]:.4f} of the light at {wavelengths_nm[worst]:g} nm, reflected and "
-            "sent out by its dyes (counted in photons, as a quantum yield of at most 1 asks); expected at most 1: "
+            "emitted by its dyes (counted in photons, as a quantum yield of at most 1 requires); expected at most 1: "
             f"multiply the amounts of its dyes by {np.floor(room * 1e3) / 1e3:g}, or darken it there"
         )
 

@@ -49,7 +49,7 @@ def test_a_failed_block_leaves_the_earlier_file(tmp_path: Path, failure: BaseExc
     assert (tmp_path / "a.txt").read_text() == "old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.txt"]
     if isinstance(failure, OSError):
-        assert "No space left on device; the file that was there is as it was" in str(caught.value)
+        assert "No space left on device; the earlier file is unchanged" in str(caught.value)
 
 
 def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) 
 
 
 def test_an_absent_folder_and_a_folder_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileWriteError, match=r"the folder .*nowhere does not exist; make it first"):
+    with pytest.raises(FileWriteError, match=r"the folder .*nowhere does not exist; create it first"):
         write_bytes(tmp_path / "nowhere" / "a.txt", b"")
     with pytest.raises(InvalidInputError, match="is a folder"):
         write_bytes(tmp_path, b"")

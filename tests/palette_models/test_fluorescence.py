@@ -120,7 +120,9 @@ def test_no_photon_becomes_two() -> None:
     line = np.where(nm == 405, 1.0, 0.0)
     photons = float((paint.bispectral_matrix() @ line) @ nm) / float(line @ nm)
     assert photons == pytest.approx(0.995, abs=1e-4)
-    with pytest.raises(InvalidInputError, match=r"quantum yield of at most 1 asks.*multiply the amounts .* by 0\.98"):
+    with pytest.raises(
+        InvalidInputError, match=r"quantum yield of at most 1 requires.*multiply the amounts .* by 0\.98"
+    ):
         FluorescentSurface("paint", black, (dye,), np.array([1.01 * most]))
 
 

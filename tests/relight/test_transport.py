@@ -135,7 +135,7 @@ def test_wrong_requests_say_what_is_known(scene: Scene) -> None:
 
     with pytest.raises(UnknownNameError, match="no light group of this transport is named 'Kay'; did you mean 'Key'"):
         relight(transport, mix={"Kay": 1.0})
-    with pytest.raises(InvalidInputError, match="a light cannot take light away"):
+    with pytest.raises(InvalidInputError, match="a light cannot absorb light"):
         relight(transport, mix={"Key": -1.0})
     with pytest.raises(InvalidInputError, match="a 'dial' transport holds no spectra"):
         LiveMix(transport).set_light("Key", catalogue.illuminant("A"))

@@ -69,7 +69,7 @@ def number_at(path: str) -> Number:
     found = place_in(block, rest)
     element = None if found is None else found.element()
     if found is None or not isinstance(element, (int, float)) or isinstance(element, bool):
-        raise InvalidInputError(f"{path!r} is not a number that a fader could move")
+        raise InvalidInputError(f"{path!r} is not a number that a fader can move")
     return found
 
 
@@ -121,7 +121,7 @@ def block_path(block: ID) -> str:
     while isinstance(node, ast.Attribute):
         node = node.value
     if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Constant):
-        raise InvalidInputError(f"{text} has no data path that a fader could keep")
+        raise InvalidInputError(f"{text} has no data path for a fader")
     name = str(node.slice.value).replace("\\", "\\\\").replace('"', '\\"')
     rest = text.encode()[node.end_col_offset :].decode()
     return f'{text.partition("[")[0]}["{name}"]{rest}'

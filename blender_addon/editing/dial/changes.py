@@ -23,7 +23,7 @@ SLOW_SECONDS = 0.5
 """A scene that takes longer to compare is compared only when the artist asks for it."""
 DIGITS = 12
 """Digits of each part's hash: enough to detect an edit, short enough to be stored for thousands of objects."""
-EDITED_ELSEWHERE = "Something was edited since the recording; press Compare to see what"
+EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
 NAMED = 3
 """Changed parts that are named; the others are counted."""
 SHOWN = (

@@ -113,7 +113,7 @@ def apply_weights(bulbs: bpy_prop_collection, weights: Sequence[float] | np.ndar
     for bulb, weight in zip(bulbs, weights, strict=True):
         if not len(bulb.members) and weight != 1:
             raise InvalidInputError(
-                f"nothing of this scene is known to shine as {bulb.name!r}: an instance of a light, or emission in a "
+                f"no light of this scene is known as {bulb.name!r}: an instance of a light, or emission in a "
                 "node group, cannot be dimmed by itself. Make it real, or give it a light group with the others"
             )
     for kept, _ in wanted:
@@ -130,7 +130,7 @@ def _require_writable(kept: PropertyGroup) -> None:
         raise InvalidInputError("a light behind the dial was deleted; record the transport again")
     block = block_of(kept)
     if block is None or (kept.node and kept.node not in compat.node_tree(block).nodes):
-        raise InvalidInputError(f"{owner.name!r} does not shine as it did when it was recorded; record it again")
+        raise InvalidInputError(f"{owner.name!r} has changed since it was recorded; record it again")
     if owner.library is not None or block.library is not None:
         raise InvalidInputError(f"{block.name!r} is linked from another file; make it local to dim it")
 

@@ -97,7 +97,7 @@ def _as_rendered(context: Context) -> SpectralScene:
 
     def catch(scene: SpectralScene) -> NoReturn:
         caught.append(scene)
-        raise RenderCancelled("only the scene was asked for")
+        raise RenderCancelled("only the scene was requested")
 
     render = context.scene.render
     engine, render.engine = render.engine, "SPECTRAL"

@@ -25,7 +25,7 @@ def find(scene: Scene, seed: int = 0) -> int:
     """Find and store alternative solutions; returns their number. Raises InvalidInputError if nothing is free."""
     palette = scene.spectral.palette
     if palette.use_tints or any(len(material.dyes) for material in palette.materials):
-        raise InvalidInputError("alternatives are looked for without tints and dyes; switch them off")
+        raise InvalidInputError("alternatives do not support tints and dyes; switch them off")
     problem = palette_problem(palette)
     locked = {}
     for row, material in enumerate(palette.materials):
@@ -62,11 +62,13 @@ def take(scene: Scene, index: int) -> None:
     """Make an alternative the palette's solution: spectra, and the colors of the cells."""
     palette = scene.spectral.palette
     if not 0 <= index < len(palette.alternatives):
-        raise InvalidInputError(f"there is no answer {index}; there are {len(palette.alternatives)}, counted from 0")
+        raise InvalidInputError(
+            f"there is no alternative {index}; there are {len(palette.alternatives)}, counted from 0"
+        )
     spectra = json.loads(palette.alternatives[index].spectra)
     lights, _ = solved_state(palette)
     if lights is None:
-        raise InvalidInputError("the palette is not solved; solve it, and look for answers again")
+        raise InvalidInputError("the palette is not solved; solve it, and find alternatives again")
     for material in palette.materials:
         stored = spectra.get(str(material.uid))
         if stored is not None:

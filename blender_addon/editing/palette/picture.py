@@ -106,10 +106,10 @@ def _bulbs(
     if not dial.scene_hash or not len(dial.bulbs):
         return "no light is recorded (Light Dial)", {}
     if dial.changes:
-        return "the scene is not as it was recorded", {}
+        return "the scene has changed since the recording", {}
     material = next((block for block in blocks if isinstance(block, bpy.types.Material)), None)
     if material is not None:
-        return f"{material.name} reflects other light onto what is around it", {}
+        return f"{material.name} reflects other light onto other objects", {}
     lights: dict[str, tuple[Spectrum, float]] = {}
     for block, (spectrum, strength) in blocks.items():
         bulbs = [bulb for bulb in dial.bulbs if any(block_of(member) == block for member in bulb.members)]

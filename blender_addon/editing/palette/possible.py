@@ -174,12 +174,12 @@ def _words(
         for cell, _ in colors.in_the_way(found)[:2]:
             left = colors.without(cell, wanted)
             name = lights[cell[1]]
-            lines.append(f"In the way: the exact color under {name}. Without it ΔE {left:.1f} would be left.")
+            lines.append(f"Conflict: the exact color under {name}. Without it ΔE {left:.1f} would remain.")
         if CellReach(colors.light, colors.reach.grid, scale=None).nearest(wanted).delta_e_2000 > VISIBLE:
-            lines.append("No reflectance has it, whatever the other cells ask. More light or another lamp helps.")
+            lines.append("No reflectance has it, even without the other cells. More light or another lamp helps.")
     if colors.open:
         names = ", ".join(lights[column] for _, column in colors.open)
-        lines.append(f"Targets under {names} are not exact, so they may give way.")
+        lines.append(f"Targets under {names} are not exact, so they may be missed.")
     return lines
 
 
@@ -218,7 +218,7 @@ def take_nearest(scene: Scene) -> None:
     rows = {material.uid: material for material in palette.materials}
     columns = {light.uid: column for column, light in enumerate(palette.lights)}
     if not answer.words or answer.material_uid not in rows or answer.light_uid not in columns:
-        raise InvalidInputError("nothing was asked yet; select a cell and press Possible?")
+        raise InvalidInputError("there is no question yet; select a cell and press Possible?")
     cell = rows[answer.material_uid].cells[columns[answer.light_uid]]
     cell.mode = "FIXED"
     cell.target = display_rgb_from_linear(np.maximum(answer.nearest_linear, 0.0))

@@ -192,7 +192,7 @@ class ViewSession:
         space, region = context.space_data, context.region
         camera = space.camera if space.use_local_camera and space.camera else depsgraph.scene.camera
         seen = None if camera is None else camera.evaluated_get(depsgraph)
-        viewpoint = viewpoint_of(context.region_data, space, seen)
+        viewpoint = viewpoint_of(context.region_data, space, seen, depsgraph.scene_eval)
         exposure = float(cycles_settings(depsgraph.scene_eval, "film_exposure", 1.0))
         samples, stage = depsgraph.scene.spectral.viewport.samples, self._stage_of(side)
         key = (region.width, region.height, samples, exposure, stage)

@@ -21,7 +21,7 @@ class SPECTRAL_OT_palette_alternatives(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         count = alternatives.find(context.scene, self.seed)
         if count < 2:
-            self.report({"WARNING"}, "the targets leave one answer; ignore a cell or unlock a material for more")
+            self.report({"WARNING"}, "the targets allow only one solution; ignore a cell or unlock a material for more")
         else:
             self.report({"INFO"}, f"{count} different answers")
 

@@ -20,7 +20,7 @@ class SPECTRAL_OT_palette_dye(bpy.types.Operator):
     bl_idname = "spectral.palette_dye"
     bl_label = "Add Dye"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The dye to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:
@@ -42,7 +42,7 @@ class SPECTRAL_OT_material_dye(bpy.types.Operator):
     bl_idname = "spectral.material_dye"
     bl_label = "Add Dye"
     bl_options = UNDOABLE
-    index: IntProperty(name="Remove", default=-1, description="The dye to take away; -1 adds one")
+    index: IntProperty(name="Remove", default=-1, description="The dye to remove; -1 adds one")
 
     @reporting
     def execute(self, context: Context) -> None:

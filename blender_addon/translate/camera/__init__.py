@@ -57,7 +57,7 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         focus_distance=max(_focus_distance(lens, matrix), near),
         near=near,
         far=max(lens.clip_end, near * 2),
-        aperture=_aperture(lens.dof),
+        aperture=aperture_of(lens.dof),
         panorama=shown,
     )
 
@@ -69,7 +69,7 @@ def lens_of(camera: Any) -> tuple[float, float]:
     return radius, max(_focus_distance(lens, matrix), 1e-6)
 
 
-def _aperture(dof: Any) -> Aperture:
+def aperture_of(dof: Any) -> Aperture:
     """Shape of the aperture if the camera has depth of field."""
     if not dof.use_dof:
         return Aperture()

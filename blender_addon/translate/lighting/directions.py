@@ -97,6 +97,6 @@ def radiance(reader: Reader, place: Input, look: Look) -> Array:
         return np.asarray((1 - share) * first + share * second)
     if kind == "ADD_SHADER":
         return np.asarray(sum(radiance(reader, item, look) for item in places))
-    reader.note(f"the world's shader {source.label!r} is not understood; the first background in it was used")
+    reader.note(f"the world's shader {source.label!r} is not supported; the first background in it was used")
     places = [item for item in places if linked(item) is not None][:1]
     return radiance(reader, places[0], look) if places else np.zeros((len(look.directions), 3))

@@ -129,7 +129,7 @@ def _strength(reader: Reader, place: Input | None) -> Shine:
     if kind == "TEX_IES":
         photometry = _luminaire(reader, source)
         if linked(source.input("Vector")) is not None:
-            reader.note(f"coordinates into {source.label!r} are not understood; its own axes are used")
+            reader.note(f"coordinates into {source.label!r} are not supported; its own axes are used")
         return replace(_strength(reader, source.input("Strength")), photometry=photometry)
     if kind == "MATH" and source.node.operation == "MULTIPLY":
         first, second = (_strength(reader, Input(socket, source.groups)) for socket in source.node.inputs[:2])

@@ -37,7 +37,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
         return None
     if power < 0:
-        translation.note(name, "a light of negative power takes no light away here; it was left out")
+        translation.note(name, "a light of negative power is not supported; it was left out")
         return None
     shared: dict[str, Any] = {
         "name": name,
@@ -57,7 +57,7 @@ def translate_light(translation: Translation, name: str, obj: Any, world_from_li
         shared["falloff"] = Falloff()
         return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
     if shine.photometry is not None and lamp.type == "AREA":
-        translation.note(name, "a measured luminaire on an area light is not understood; it shines evenly")
+        translation.note(name, "a measured luminaire on an area light is not supported; it shines evenly")
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size

@@ -45,7 +45,7 @@ def joined(reader: Reader, terms: list[Term]) -> Term:
     if len(terms) == 1:
         return terms[0]
     if any(isinstance(term.color, Spectrum) for term in terms):
-        reader.note("of several surroundings with spectra the strongest was used alone")
+        reader.note("of several backgrounds with spectra, only the strongest was used")
         return max(terms, key=lambda term: term.strength)
     plain = np.zeros(3)
     for term in terms:

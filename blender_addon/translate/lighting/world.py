@@ -90,7 +90,7 @@ def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool
         share = min(max(share, 0.0), 1.0)
         weights = [weight * (1 - share), weight * share]
     elif kind != "ADD_SHADER":
-        reader.note(f"the world's shader {source.label!r} is not understood; the first background in it was used")
+        reader.note(f"the world's shader {source.label!r} is not supported; the first background in it was used")
         places = [place for place in places if linked(place) is not None][:1]
     found = (_terms(reader, linked(place), w, camera=camera) for place, w in zip(places, weights, strict=False))
     return [term for terms in found for term in terms]
@@ -103,7 +103,10 @@ def _number(reader: Reader, place: Input | None, fallback: float, *, camera: boo
         return reader.number(place, fallback)
     name = source.socket.name
     if name != "Is Camera Ray":
-        reader.note(f"{name!r} in the world tells rays apart that are one here; what lights matt surfaces was used")
+        reader.note(
+            f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
+            "surfaces was used"
+        )
     return float(name == "Is Camera Ray") if camera else float(name in ("Is Diffuse Ray", "Is Reflection Ray"))
 
 
@@ -122,7 +125,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     else:
         color = gray(1.0) if place is None else reader.paint(place, gray(1.0))
     if isinstance(color, MixedPaint):
-        reader.note("two mixed colors or images surround the scene; their mean was used")
+        reader.note("the background is a mix of two colors or images; their mean was used")
         color = Color(np.broadcast_to(mean_color(reader.field(place)), (3,)))  # type: ignore[arg-type]
     if not isinstance(color, ImageTexture):
         return Term(color, strength)
@@ -145,10 +148,10 @@ def _mapping(reader: Reader, image: Output) -> NDArray[np.float64]:
         return np.eye(4)
     if source.node.type == "TEX_COORD":
         if source.socket.name not in ("Generated", "Normal", "Object"):
-            reader.note(f"the coordinates {source.socket.name!r} of the surroundings are not understood")
+            reader.note(f"the coordinates {source.socket.name!r} of the environment are not supported")
         return np.eye(4)
     if source.node.type != "MAPPING":
-        reader.note(f"{source.label!r} before the environment image is not understood")
+        reader.note(f"{source.label!r} before the environment image is not supported")
         return np.eye(4)
     return np.asarray(mapping_matrix(reader, source), dtype=np.float64)
 

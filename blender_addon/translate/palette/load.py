@@ -84,6 +84,6 @@ def _store_cell(palette: PropertyGroup, place: tuple[int, int], asked: Cell) -> 
     if asked.weight > WEIGHT_LIMIT:
         return [
             f"{material.name} under {light.name}: weight {asked.weight:g} became {WEIGHT_LIMIT:g}, the most that "
-            "solvers bear; make the cell exact to have it for sure"
+            "solvers bear; make the cell exact to enforce it"
         ]
     return []

@@ -97,7 +97,7 @@ def _cell(palette: PropertyGroup, material: PropertyGroup, column: int) -> Cell:
     others = references(palette, cell) if cell.mode in REFERRING else []
     if cell.mode in REFERRING and not others:
         raise InvalidInputError(
-            f"{material.name!r} under {palette.lights[column].name!r} refers to no other cell yet; choose which one"
+            f"{material.name!r} under {palette.lights[column].name!r} refers to no other cell yet; choose one"
         )
     box = None
     if cell.use_box and cell.mode in BOXED:

@@ -45,11 +45,11 @@ def require_storable(problem: PaletteProblem) -> None:
     if bounds != PHYSICAL and any(ends != UNBOUNDED for ends in bounds.values()):
         raise InvalidInputError(
             f"this palette bounds reflectances by {problem.reflectance_bounds} and lights by {problem.light_bounds}; "
-            "the table knows physical spectra, or no bounds at all"
+            "the table supports physical spectra, or no bounds at all"
         )
     if problem.subspace is not None:
         raise InvalidInputError(
-            "this palette has a subspace criterion, which the table has no place for; use the library"
+            "this palette has a subspace criterion, which the table does not support; use the library"
         )
 
 
@@ -57,7 +57,7 @@ def _grid(values: Values) -> SpectralGrid:
     """The wavelengths of designed spectra."""
     first, last = values["grid_start"], values["grid_stop"]
     if last <= first:
-        raise InvalidInputError(f"the wavelengths run from {first:g} to {last:g} nm; the second must be larger")
+        raise InvalidInputError(f"the wavelengths are from {first:g} to {last:g} nm; the second must be larger")
     return SpectralGrid(np.linspace(first, last, values["grid_samples"]))
 
 

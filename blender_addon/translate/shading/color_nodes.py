@@ -57,7 +57,7 @@ def _mix(reader: Reader, output: Output) -> Any:
     if mode == "MIX" and not clamps:
         return reader.mix(factor, first, second)
     if mode not in CHANNELS and mode not in WHOLE:
-        reader.note(f"the blend mode {mode.title()!r} of {output.label!r} is not understood; the colors were mixed")
+        reader.note(f"the blend mode {mode.title()!r} of {output.label!r} is not supported; the colors were mixed")
         mode = "MIX"
     mixed = reader.emit("blend", factor, first, second, settings=(mode,))
     return reader.emit("clamped_color", mixed) if clamps else mixed
@@ -89,7 +89,7 @@ def _math(reader: Reader, output: Output) -> Any:
     inputs = [reader.as_value(reader.field(Input(socket, output.groups))) for socket in output.node.inputs][:3]
     inputs += [reader.literal(0.0)] * (3 - len(inputs))
     if output.node.operation not in MATH:
-        reader.note(f"the operation {output.node.operation.title()!r} of {output.label!r} is not understood")
+        reader.note(f"the operation {output.node.operation.title()!r} of {output.label!r} is not supported")
         return inputs[0]
     result = reader.emit("math", *inputs, settings=(output.node.operation,))
     return reader.emit("clamp", result, 0.0, 1.0, settings=("MINMAX",)) if output.node.use_clamp else result
@@ -105,7 +105,7 @@ def _vector_math(reader: Reader, output: Output) -> Any:
         number = reader.emit("vector_number", vectors[0], vectors[1], settings=(mode,))
         return number if output.socket.type == "VALUE" else reader.literal(np.zeros(3))
     if mode not in VECTOR_MATH:
-        reader.note(f"the operation {mode.title()!r} of {output.label!r} is not understood")
+        reader.note(f"the operation {mode.title()!r} of {output.label!r} is not supported")
         return vectors[0]
     scale = next((reader.as_value(reader.field(place)) for place in sockets if place.socket.type == "VALUE"), 0.0)
     result = reader.emit("vector_math", *vectors, scale, settings=(mode,))

@@ -73,7 +73,7 @@ class Reader:
         value = scalar_of(self.field(place))
         if isinstance(value, float):
             return self._finite(value, place)
-        self.note(f"{place.node.name}: {place.socket.name} takes one number here, its mean was used")
+        self.note(f"{place.node.name}: {place.socket.name} supports one number only; its mean was used")
         return self._finite(float(mean_color(value)[0]), place)
 
     def _finite(self, value: float, place: Input) -> float:
@@ -81,7 +81,7 @@ class Reader:
         if abs(value) <= LARGEST:
             return value
         what = f"{place.node.name}: {place.socket.name} is {value:g}"
-        self.note(f"{what}, which no light can be computed from; 0 was used")
+        self.note(f"{what}, which is not a finite number; 0 was used")
         return 0.0
 
     def factor(self, place: Input | None, fallback: float) -> Scalar:
@@ -96,7 +96,7 @@ class Reader:
         """A vector socket (3,) that does not vary."""
         value: Any = fallback if place is None else self.field(place)
         if isinstance(value, Value) and value.constant is None:
-            self.note("a texture mapping that itself varies is not understood; its mean was used")
+            self.note("a texture mapping that itself varies is not supported; its mean was used")
         return np.broadcast_to(mean_color(value), (3,))
 
     def _settled(self, paint: Paint, place: Input) -> Paint:
@@ -165,7 +165,7 @@ class Reader:
         if isinstance(found, (float, int, tuple, np.ndarray)):
             return self.literal(found)
         if isinstance(found, (Spectrum, SpectralImage)) or (isinstance(found, Mixed) and _holds_spectrum(found)):
-            self.note("a spectrum goes through a math or color node: the node worked on its color instead")
+            self.note("a spectrum is the input of a math or color node: the node used its color instead")
         if isinstance(found, SpectralImage):
             return self.emit("image_color", self.point("uv"), settings=(False,), data=daylight_picture(found))
         return value_of(found, self.builder)
@@ -204,7 +204,7 @@ class Reader:
 
     def unknown(self, output: Output) -> Field:
         """Substitute for an unsupported node: its first color, else a neutral gray."""
-        self.note(f"the node {output.label!r} is not understood; a plain stand-in was used for it")
+        self.note(f"the node {output.label!r} is not supported; a plain substitute was used")
         for socket in output.node.inputs:
             if socket.type == "RGBA":
                 return self.field(Input(socket, output.groups))

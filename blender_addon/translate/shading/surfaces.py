@@ -44,7 +44,7 @@ def surface_of(reader: Reader, place: Input | None) -> Surface:
         return BLACK
     read = SURFACES.get(source.node.type)
     if read is None:
-        reader.note(f"the shader {source.label!r} is not understood; a plain diffuse surface was used for it")
+        reader.note(f"the shader {source.label!r} is not supported; a plain diffuse surface was used")
         return Diffuse(main_color(reader, source, 0.8) if source.input("Color") else gray(0.8))
     return read(reader, source)
 

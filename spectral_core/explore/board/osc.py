@@ -117,7 +117,7 @@ def _elements(bundle: bytes) -> Iterator[bytes]:
     while place < len(bundle):
         (size,) = struct.unpack_from(">i", bundle, place)
         if not 0 < size <= len(bundle) - place - 4:
-            raise ValueError("an element of an OSC bundle is cut off")
+            raise ValueError("an element of an OSC bundle is truncated")
         yield bundle[place + 4 : place + 4 + size]
         place += 4 + size
 

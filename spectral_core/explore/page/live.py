@@ -92,7 +92,7 @@ class LiveSweep:
             raise InvalidInputError("this sweep cannot be computed here; run it with spectral-scene sweep")
         node = compute_node(self.store.project.compute, self.store.project.space, self.folder)
         if not self._busy.acquire(blocking=False):
-            raise InvalidInputError(f"a run is on its way: {self._status}")
+            raise InvalidInputError(f"a run is in progress: {self._status}")
 
         def work() -> None:
             try:

@@ -118,6 +118,6 @@ def _known(name: str, space: Space, text: str) -> None:
     if name not in space.names:
         raise InvalidInputError(f"the constraint {text!r} names {name!r}; the parameters are {', '.join(space.names)}")
     if space[name].kind == "choice" and any(isinstance(choice, str) for choice in space[name].choices):
-        raise InvalidInputError(f"{name} chooses among texts, so it has no place in the constraint {text!r}")
+        raise InvalidInputError(f"{name} chooses among texts, so it cannot be in the constraint {text!r}")
     if space[name].kind == "choice":
         raise InvalidInputError(f"{name} chooses among values; make it an integer or real to constrain it")

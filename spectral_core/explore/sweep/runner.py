@@ -93,7 +93,7 @@ def run_sweep(
 
     if node.fingerprint != store.project.fingerprint:
         raise InvalidInputError(
-            "what is swept has changed since this folder was made, so its rows would not fit together; "
+            "the swept scene or program has changed since this folder was made, so its rows would not fit together; "
             "name another folder for the new sweep"
         )
     with only_holder(store.folder / "driver.lock", f"the sweep in {store.folder}"):
@@ -188,7 +188,7 @@ class _Run:
         except (BrokenProcessPool, CancelledError) as error:
             self.store.ledger.end_attempt(key, "interrupted", repr(error))
             raise RenderError(
-                f"the executor broke down ({error!r}); what was computed is safe, run the sweep again to go on"
+                f"the executor broke down ({error!r}); computed points are safe, run the sweep again to continue"
             ) from error
         except Exception as error:
             self._failed(key, error, getattr(future, "worker", None))

@@ -64,7 +64,7 @@ class Sweep:
                 if mine != theirs
                 else "its seed differs"
                 if document.seed != project.seed
-                else "what it computes differs, or a file that computes it has changed since"
+                else "the computation differs, or one of its files has changed"
             )
             raise InvalidInputError(
                 f"{self.store.folder} holds another sweep: {what}. Its rows do not fit; name another folder"

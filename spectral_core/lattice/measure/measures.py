@@ -97,10 +97,10 @@ def latinized(points: ArrayLike, low: ArrayLike | None = None, high: ArrayLike |
     lower = np.zeros(n) if low is None else frozen_array("low", low, (n,))
     upper = np.ones(n) if high is None else frozen_array("high", high, (n,))
     if not (upper > lower).all():
-        raise InvalidInputError("the box to latinise in has low >= high on an axis; expected low < high")
+        raise InvalidInputError("the box to latinize in has low >= high on an axis; expected low < high")
     outside = (given < lower) | (given > upper)
     if outside.any():
-        raise InvalidInputError(f"{int(outside.any(axis=1).sum())} of {m} points lie outside the box to latinise in")
+        raise InvalidInputError(f"{int(outside.any(axis=1).sum())} of {m} points lie outside the box to latinize in")
     ranks = np.argsort(np.argsort(given, axis=0, kind="stable"), axis=0, kind="stable")
     moved = lower + (ranks + 0.5) / max(m, 1) * (upper - lower)
     return np.asarray(moved, dtype=np.float64)

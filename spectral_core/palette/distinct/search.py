@@ -96,7 +96,7 @@ def distinct_solutions(
     if warm is None:
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
-        trace.notes.append("the cells beside the distinct ones cannot be met, so nothing was made distinct")
+        trace.notes.append("the cells beside the distinct ones cannot be met, so no colors were made distinct")
         return (_reported(builder, state, trace, apart=False),)
     phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
     cells = distinct_cells(builder, state, phase)
@@ -104,7 +104,7 @@ def distinct_solutions(
     found, gamut = _searched(phase.quadratic, cells, engine, (starts, seed, given))
     if not found:
         state = state if warm is None else _others_first(builder, state, trace)
-        trace.notes.append("the distinct cells cannot be met together with the others, so nothing was made distinct")
+        trace.notes.append("the distinct cells cannot be met together with the others, so no colors were made distinct")
         return (_reported(builder, state, trace, apart=False),)
     if gamut != GAMUTS[0]:
         trace.notes.append(f"{gamut}: the display's gamut cannot be kept together with what the other cells ask")

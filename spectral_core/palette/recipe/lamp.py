@@ -95,7 +95,7 @@ class LampQuality:
         require_range("cct_tolerance_k", self.cct_tolerance_k, 0.0, 2_000.0, " K")
         require_range("duv_tolerance", self.duv_tolerance, 0.0, 0.02)
         if self.gamut is not None and self.gamut[0] > self.gamut[1]:
-            raise InvalidInputError(f"Rg is asked from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
+            raise InvalidInputError(f"Rg is requested from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
 
     def margins(self, spd: Array, kelvin: float) -> list[float]:
         """Margin of each requested index; negative if it falls short."""
@@ -157,7 +157,7 @@ def lamp_recipe(
     power = spds.sum(axis=1)
     if not power.all():
         dark, first_nm, last_nm = channels[int(np.argmin(power))].name, *LAMP_GRID.wavelengths_nm[[0, -1]]
-        raise InvalidInputError(f"channel {dark!r} sends out no light from {first_nm:g} to {last_nm:g} nm; take it out")
+        raise InvalidInputError(f"channel {dark!r} emits no light from {first_nm:g} to {last_nm:g} nm; remove it")
     equal = spds / power[:, None]  # so that the scale of a channel does not change the mix
     best: tuple[float, Array] | None = None
     for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [wanted_xyz]:

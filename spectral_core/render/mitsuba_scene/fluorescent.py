@@ -22,12 +22,10 @@ from spectral_core.spectra.spectrum import Spectrum
 
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
-    "for what they send out under each light"
+    "for their emission under each light"
 )
-OVER_WHITE = (
-    "in daylight it sends out more than RGB transport can show of a surface; its color is rendered at the limit"
-)
-ABOVE_BUMPS = "its dyes send light out about the smooth normal: bumps and normal maps shape what it reflects alone"
+OVER_WHITE = "in daylight it emits more than RGB transport can show of a surface; its color is rendered at the limit"
+ABOVE_BUMPS = "its dyes emit light about the smooth normal: bumps and normal maps affect only its reflection"
 
 
 def fluorescent_lobes(
@@ -52,7 +50,7 @@ def _daylight_color(context: Context, closure: Fluorescent, subject: str) -> Any
     if not any(amount > 0 for amount in closure.amounts):
         return closure.color
     if not closure.checks_energy:
-        context.note(subject, "its dyes send out no light: RGB transport cannot add it to a texture")
+        context.note(subject, "its dyes emit no light: RGB transport cannot add it to a texture")
         return closure.color
     context.note(subject, IN_RGB)
     rgb = daylight_rgb(closure)

@@ -107,7 +107,7 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
     center = light.world_from_light[:3, 3]
     area = 4.0 * float(np.linalg.norm(front)) * (np.pi / 4 if light.shape == "ellipse" else 1.0)
     if not area > max(SMALLEST_AREA * float(np.abs(center).max() + np.abs(half).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
+        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
         return None
     # mirroring reverses the order of the corners, but not the emitting side
     normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)

@@ -158,7 +158,7 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     part = geometry.polygon(corners, light.name)
     area = geometry.area_of(part)
     if not area > max(SMALLEST_AREA * float(np.abs(corners).max()) ** 2, 1e-30):
-        context.note(light.name, "is an area light without area, so it sheds no light; give it a size and a scale")
+        context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
         return []
     radiance = _emitted(context, light, color, radiometry.radiance_of_panel(light.power_w, area))
     tangent, gain = spread_of(light)

@@ -22,8 +22,8 @@ Array = NDArray[np.float32]
 
 LEAST_COLOR = 1e-6
 """Colors of a lobe below it count as no lobe: light divided by them would be noise."""
-WITH_MEDIA = "light is not told apart where sampled volumes are in the scene; the file holds it in Combined only"
-SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps bend light, and not the pass"
+WITH_MEDIA = "light passes do not support sampled volumes; the file holds the light in Combined only"
+SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps change the light, but not the pass"
 EQUAL_SAMPLES = (
     "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up "
     "to it but for noise"

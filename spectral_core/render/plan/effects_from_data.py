@@ -62,7 +62,7 @@ def _transport(found: Found) -> Effect:
         reason = f"colors part in the dispersive {names(inventory.dispersive)}"
         return Effect("transport", simple(KEEP), reason, "no rainbows", "bounded", choices)
     if not inventory.spectra:
-        reason = "no light or material carries a spectrum; three channels say all that is given"
+        reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
     error = rgb_transport_error(found.scene)
     text = "more than can be told" if error == KEEP else f"ΔE {error:.2g}"
@@ -70,7 +70,7 @@ def _transport(found: Found) -> Effect:
         f"{names(inventory.spectra)} carry spectra; all surfaces under all lights differ by {text} in three channels"
     )
     return Effect(
-        "transport", simple(error), reason, "colors that only spectra tell apart become one", "bounded", choices
+        "transport", simple(error), reason, "colors that only spectra can distinguish become equal", "bounded", choices
     )
 
 
@@ -82,7 +82,7 @@ def _dispersion(found: Found) -> Effect:
     reason = f"the index of refraction varies with wavelength in {names(inventory.dispersive)}: {spread:.2g} pixels"
     # a fringe of c pixels at an edge from black to white: the filter's largest slope, 1.1 per pixel
     error = min(100.0, 110.0 * spread)
-    loses = "no rainbows; everything refracts as at 589 nm"
+    loses = "no dispersion; everything refracts as at 589 nm"
     return Effect("dispersion", (Level("on"), Level("off", error, DISPERSION_SHARE)), reason, loses, "bounded", ON_OFF)
 
 
@@ -91,7 +91,7 @@ def _fluorescence(found: Found) -> Effect:
     if not inventory.fluorescent:
         return absent("fluorescence", "no material holds a fluorescent dye", FLUORESCENCE_SHARE)
     error = error_without_dyes(found.scene, found.materials, distinct_lights(found.scene))
-    reason = f"dyes of {names(inventory.fluorescent)} send light out at other wavelengths than it came at"
+    reason = f"dyes of {names(inventory.fluorescent)} emit light at other wavelengths than they absorb"
     levels = (Level("on"), Level("off", error, FLUORESCENCE_SHARE))
     return Effect("fluorescence", levels, reason, "fluorescent materials do not glow", "bounded", ON_OFF)
 
@@ -151,7 +151,7 @@ def _emissive_meshes(found: Found) -> Effect:
         return absent("emissive_meshes", "no surface emits light")
     levels = (Level("on"), Level("off", KEEP, SMALL_SHARE))
     reason = f"surfaces glow: {names(found.inventory.emissive)}"
-    return Effect("emissive_meshes", levels, reason, "these surfaces are dark and light nothing", "not known", ON_OFF)
+    return Effect("emissive_meshes", levels, reason, "these surfaces are dark and emit nothing", "not known", ON_OFF)
 
 
 def _lamp_bodies(found: Found) -> Effect:
@@ -163,7 +163,7 @@ def _lamp_bodies(found: Found) -> Effect:
     loses = "shadows are hard, and mirrors do not show the lamps"
     seen = found.inventory.glossy or found.inventory.refractive or any(light.camera_visible for light in balls)
     if seen or found.inventory.media or found.scene.volumes:
-        reason = f"{names(shown)} have a size, and something shows it"
+        reason = f"{names(shown)} have a size, and a visible effect of it"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
     boxes = bounds.boxes_of(found.scene)
     blur = max(bounds.blur_of_lamp(found.scene, light, found.points, boxes) for light in balls)
@@ -203,7 +203,7 @@ def _caustics(found: Found) -> tuple[Effect, ...]:
             made.append(absent(name, f"the scene has no {what}", choices=ON_OFF))
             continue
         levels = (Level("on"), Level("off", KEEP, 0.1))
-        reason = f"{names(carriers)} may throw light on matt surfaces"
+        reason = f"{names(carriers)} may cast light on diffuse surfaces"
         made.append(Effect(name, levels, reason, f"no light patterns from {what}", "not known", ON_OFF))
     return tuple(made)
 
@@ -227,7 +227,7 @@ def _bounces(found: Found) -> Effect:
         Level(str(count), inventory.diffuse_error(count) - most, 0.5 * (1 - count / MOST_DIFFUSE_BOUNCES))
         for count in counts
     )
-    reason = f"surfaces are matt and reflect at most {inventory.largest_reflectance:.0%}"
+    reason = f"surfaces are diffuse and reflect at most {inventory.largest_reflectance:.0%}"
     return Effect("bounces", levels if last > 0 else levels[-1:], reason, "dark corners", "bounded")
 
 

@@ -25,7 +25,7 @@ COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
 SHARP_ROUGHNESS = 0.25
 """Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
 _KINDS = {
-    "diffuse_bounces": ("diffuse", "matt surfaces light each other", "dark corners"),
+    "diffuse_bounces": ("diffuse", "diffuse surfaces illuminate each other", "dark corners"),
     "glossy_bounces": ("glossy", "surfaces mirror each other", "dark reflections"),
     "transmission_bounces": ("transmission", "light passes surfaces", "what lies behind glass is dark"),
 }
@@ -59,9 +59,7 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
 def unmeasured_kinds() -> dict[str, Effect]:
     """Bounces by kind without a pilot: the limit of each equals the limit on all bounces."""
     return {
-        name: Effect(
-            name, (Level(str(PILOT_BOUNCES)),), "no limit of its own beside that of all bounces", how="not known"
-        )
+        name: Effect(name, (Level(str(PILOT_BOUNCES)),), "no limit except that on all bounces", how="not known")
         for name in _KINDS
     }
 

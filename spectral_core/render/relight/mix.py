@@ -87,7 +87,7 @@ class LiveMix:
         """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call overwrites it."""
         amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
         if np.any(amounts < 0):
-            raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot take light away")
+            raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
         self._complete(amounts)
         scaled = (amounts * self.transport.exposure).astype(np.float32)
         np.matmul(scaled, self._group_rgb, out=self._mixed)

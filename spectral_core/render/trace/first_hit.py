@@ -114,7 +114,7 @@ class FirstHit:
 
     def intersect(self, ray: Any, active: Any) -> Any:
         """The nearest hit of a ray."""
-        assert self.rules is not None, "scenes that are not ours have no tables of ours"
+        assert self.rules is not None, "a scene without tables has no rules of shapes"
         return self.rules.intersect(self.scene, ray, active)
 
     def meet(self, ray: Any, origin: Any, length: Any, walking: Any) -> tuple[Any, Any, Any, Any]:
@@ -132,7 +132,7 @@ class FirstHit:
 
     def surface(self, si: Any) -> Any:
         """The BSDF of the surface at a hit."""
-        assert self.rules is not None, "scenes that are not ours have no surfaces of ours"
+        assert self.rules is not None, "a scene without tables has no surfaces"
         return self.rules.surface(si)
 
     def _rules_of(self, si: Any, met: Any) -> tuple[Any, Any]:

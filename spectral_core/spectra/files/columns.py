@@ -160,7 +160,7 @@ def _require_values(path: Path, name: str, lines: list[int], values: NDArray[np.
     if values[at] < -slack:
         raise FileFormatError(
             f"{path}, line {lines[at]}: {kind} {name!r} is {values[at]:g}, expected at least 0; correct the sample, or "
-            "read it with kind='spectrum' to see it as it is"
+            "read it with kind='spectrum' unchanged"
         )
     at = int(values.argmax())
     if kind == "reflectance" and values[at] > 1 + slack:

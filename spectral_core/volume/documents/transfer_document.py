@@ -126,10 +126,10 @@ def _grid_of(document: dict[str, Any]) -> SpectralGrid | None:
         return None
     try:
         if len(names) > 1:
-            raise InvalidInputError("it is the same as [grid]; state it once")
+            raise InvalidInputError("it is equal to [grid]; state it once")
         grid = decoded_grid(document[names[0]])
         if grid.interpolation != "linear":
-            raise InvalidInputError("colors here are linear between wavelengths; remove the word interpolation")
+            raise InvalidInputError("colors here are linear between wavelengths; remove interpolation")
     except InvalidInputError as error:
         raise FileFormatError(f"{names[-1]}: {error}") from error
     return grid

@@ -39,7 +39,9 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     except InvalidInputError:
         raise
     except Exception as error:
-        raise FileFormatError(f"{path.name} is not a NIfTI file that can be read, or it is cut: {error}") from error
+        raise FileFormatError(
+            f"{path.name} is not a NIfTI file that can be read, or it is truncated: {error}"
+        ) from error
     while array.ndim > 3:
         array = pick_component(
             array, array.ndim - 1, request.component if array.shape[-1] > 1 else None, path, "time steps"

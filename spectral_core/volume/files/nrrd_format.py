@@ -119,7 +119,9 @@ def _header_lines(stream: BinaryIO, path: Path) -> list[bytes]:
 def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray[Any]:
     missing = [key for key in ("dimension", "type", "encoding", "sizes") if key not in header]
     if missing:
-        raise FileFormatError(f"the NRRD header of {path.name} lacks {', '.join(missing)}; the file is cut or not NRRD")
+        raise FileFormatError(
+            f"the NRRD header of {path.name} lacks {', '.join(missing)}; the file is truncated or not NRRD"
+        )
     sizes = [int(n) for n in header["sizes"]]
     if len(sizes) != header["dimension"] or min(sizes) < 1:
         raise FileFormatError(f"{path.name} states dimension {header['dimension']} and sizes {sizes}; they must agree")
@@ -134,7 +136,7 @@ def _numbers(header: Mapping[str, Any], stream: BinaryIO, path: Path) -> NDArray
         files = _data_files(named, stream, path)
         if count % len(files):
             raise FileFormatError(
-                f"{path.name} spreads {count} numbers over {len(files)} files, which does not come out even"
+                f"{path.name} spreads {count} numbers over {len(files)} files, which is not a multiple"
             )
         parts = []
         for file in files:
@@ -173,7 +175,9 @@ def _payload(
     if skip == -1:
         size = stream.seek(0, 2)
         if size < count * dtype.itemsize:
-            raise FileFormatError(f"{path.name} is cut: {size} bytes where {count * dtype.itemsize} of data are stated")
+            raise FileFormatError(
+                f"{path.name} is truncated: {size} bytes where {count * dtype.itemsize} of data are stated"
+            )
         stream.seek(size - count * dtype.itemsize)
     else:
         stream.seek(skip, 1)

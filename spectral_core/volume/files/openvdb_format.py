@@ -123,7 +123,9 @@ def _read_with_openvdb(path: Path, name: str) -> tuple[NDArray[Any], dict[str, A
     try:
         grid = openvdb.read(str(path), name)
     except (RuntimeError, OSError, ValueError) as error:
-        raise FileFormatError(f"{path.name} is not an OpenVDB file that can be read, or it is cut: {error}") from error
+        raise FileFormatError(
+            f"{path.name} is not an OpenVDB file that can be read, or it is truncated: {error}"
+        ) from error
     if grid.valueTypeName not in _DTYPES:
         raise FileFormatError(f"grid {name!r} of {path.name} holds {grid.valueTypeName}; expected numbers")
     active = None if grid.activeVoxelCount() == 0 else grid.evalActiveVoxelBoundingBox()

@@ -107,7 +107,7 @@ def _room_for(count: int, dtype: np.dtype, source: Path) -> NDArray[Any]:
     except (MemoryError, ValueError) as error:
         raise FileFormatError(
             f"{source.name} states {count} numbers of type {dtype.name}, more than memory holds; "
-            "the header is odd, or the volume must be cropped or resampled first"
+            "the header is invalid, or the volume must be cropped or resampled first"
         ) from error
 
 
@@ -125,7 +125,7 @@ def _require_length(stream: BinaryIO, needed: int, source: Path) -> None:
     left = _bytes_left(stream)
     if left < needed:
         raise FileFormatError(
-            f"{source.name} is cut: its data have {left} bytes where its header states {needed}; "
+            f"{source.name} is truncated: its data have {left} bytes where its header states {needed}; "
             "copy or export it again"
         )
 
@@ -150,11 +150,11 @@ def _fill(stream: BinaryIO, target: NDArray[np.uint8], source: Path, encoding: s
         rest = len(decoded.read(1)) if exact else 0
     except BROKEN_STREAM as error:
         raise FileFormatError(
-            f"the {encoding} data of {source.name} are cut or damaged after {done} bytes: {error}"
+            f"the {encoding} data of {source.name} are truncated or damaged after {done} bytes: {error}"
         ) from error
     if done < len(view):
         raise FileFormatError(
-            f"{source.name} is cut: its data have {done} bytes where its header states {len(view)}; "
+            f"{source.name} is truncated: its data have {done} bytes where its header states {len(view)}; "
             "copy or export it again"
         )
     return rest

@@ -109,5 +109,5 @@ def file_head(path: Path) -> bytes:
             with gzip.open(path) as stream:
                 head = stream.read(_HEAD)
         except BROKEN_STREAM as error:
-            raise FileFormatError(f"{path} is gzipped but cut or damaged: {error}") from error
+            raise FileFormatError(f"{path} is gzipped but truncated or damaged: {error}") from error
     return head

@@ -96,11 +96,11 @@ def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray
             array, axes = series.asarray(), series.axes
             spacing = _spacing(file, series)
         if complaints:
-            raise FileFormatError(f"{path.name} is cut or damaged: {complaints[0]}")
+            raise FileFormatError(f"{path.name} is truncated or damaged: {complaints[0]}")
     except Exception as error:
         if isinstance(error, SpectralError):
             raise
-        raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is cut: {error}") from error
+        raise FileFormatError(f"{path.name} is not a TIFF that can be read, or it is truncated: {error}") from error
     for letter in [a for a in axes if a not in "YX" + _DEPTH]:
         what = {"S": "color channels", "C": "channels", "T": "time steps"}.get(letter, f"entries along {letter}")
         several = array.shape[axes.index(letter)] > 1
@@ -140,7 +140,7 @@ def _refuse_cut(file: Any, path: Path) -> None:
         for offset, count in zip(page.dataoffsets, page.databytecounts, strict=True):
             if offset + count > size:
                 raise FileFormatError(
-                    f"{path.name} is cut: page {number} needs {offset + count} bytes, the file has {size}"
+                    f"{path.name} is truncated: page {number} needs {offset + count} bytes, the file has {size}"
                 )
         _require_honest_strips(page, number, path)
 

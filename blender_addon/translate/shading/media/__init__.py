@@ -73,7 +73,7 @@ def _fill(reader: Reader, source: Output | None) -> Fill:
         return NOTHING
     read = FILLS.get(source.node.type)
     if read is None:
-        reader.note(f"the volume shader {source.label!r} is not understood; it is left out")
+        reader.note(f"the volume shader {source.label!r} is not supported; it is left out")
         return NOTHING
     return read(reader, source)
 

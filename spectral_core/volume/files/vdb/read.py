@@ -57,7 +57,7 @@ def read_grid(path: Path, name: str) -> PlainGrid:
     except (struct.error, zlib.error, ValueError, KeyError) as error:
         if isinstance(error, FileFormatError):
             raise
-        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+        raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
     raise FileFormatError(f"{path.name} has no grid {name!r}")
 
 
@@ -77,13 +77,13 @@ def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]
             name, kind, parent = _text(stream), _text(stream), _text(stream)
             start, _, end = struct.unpack("<3q", stream.read(24))
             if not stream.tell() <= start <= end <= size:
-                raise FileFormatError(f"{path.name} is cut: its grids end at byte {end}, the file at byte {size}")
+                raise FileFormatError(f"{path.name} is truncated: its grids end at byte {end}, the file at byte {size}")
             if not parent:
                 # Grids of one name are distinguished by a number after a unit separator.
                 found.append((name.split("\x1e")[0], kind, start, end))
             stream.seek(end)
     except struct.error as error:
-        raise FileFormatError(f"{path.name} is cut: it ends within its list of grids") from error
+        raise FileFormatError(f"{path.name} is truncated: it ends within its list of grids") from error
     return found
 
 
@@ -191,7 +191,7 @@ class GridReader:
         else:
             plain = self.take(size)
         if len(plain) != size:
-            raise FileFormatError(f"{self.path.name} is odd: a node has {len(plain)} bytes where {size} are due")
+            raise FileFormatError(f"{self.path.name} is invalid: a node has {len(plain)} bytes where {size} are due")
         return np.frombuffer(plain, self.stored).reshape(-1, *self.shape).astype(self.dtype)
 
     def _numbers(self, count: int) -> NDArray[Any]:

@@ -34,7 +34,7 @@ def require_sound(path: Path, name: str) -> None:
                     _Walk(stream, path, kind).to(end)
                     return
     except (struct.error, KeyError) as error:
-        raise FileFormatError(f"{path.name} is cut or odd: {error}") from error
+        raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
     raise FileFormatError(f"{path.name} has no grid {name!r}")
 
 
@@ -62,7 +62,7 @@ class _Walk(GridReader):
                 leaves += below
         self._leaves(leaves)
         if self.stream.tell() != end:
-            raise FileFormatError(f"{self.path.name} is odd: a grid ends at byte {self.stream.tell()}, not {end}")
+            raise FileFormatError(f"{self.path.name} is invalid: a grid ends at byte {self.stream.tell()}, not {end}")
 
     def _children(self, count: int) -> int:
         """Pass over a node; returns the number of its children."""
@@ -85,6 +85,6 @@ class _Walk(GridReader):
         if self.flags & (ZIP | BLOSC):
             held = struct.unpack("<q", self.take(8))[0]
             if abs(held) > size + 64:  # Blosc adds a header of 16 bytes to data that it cannot compress
-                raise FileFormatError(f"{self.path.name} is odd: {abs(held)} packed bytes for {size} plain ones")
+                raise FileFormatError(f"{self.path.name} is invalid: {abs(held)} packed bytes for {size} plain ones")
             size = abs(held)
         self.take(size)
