@@ -22,7 +22,7 @@ from benchmarks._hard_renders import hard_scenes
 
 OPTIONS = ("--only",)
 NOT_SIMULATED = ("thin film (Airy)",)
-"""What the renderer has no closure for: nothing is claimed."""
+"""Effects without a closure in the renderer: there is no claim for them."""
 ROUNDING = 0.001
 """Energy that 32-bit numbers may add, beside noise."""
 
@@ -101,7 +101,7 @@ def _furnace(samples: int, transports: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _polarization() -> dict[str, float]:
-    """What it costs that light has no polarization here: through a sheet of index 1.5."""
+    """Error of ignoring polarization: through a sheet of index 1.5."""
     found = {}
     for degrees in (30.0, 60.0, 80.0):
         sine, index = np.sin(np.radians(degrees)), 1.5

@@ -154,7 +154,7 @@ def test_display_colours_of_hex_and_linear(tmp_path):
         (HEAD.replace("1", "2") + BONE, r"version is 2; expected 1"),
         (HEAD + "materials = []", "materials has 0 entries; expected at least 1"),
         (HEAD + 'values = "percent"\n' + BONE, "values is \"percent\"; expected one of 'data', 'fraction'"),
-        (HEAD + BONE + "colour = 3", r"materials\[0\] holds the unknown word 'colour'; known: color"),
+        (HEAD + BONE + "colour = 3", r"materials\[0\] has the unknown entry 'colour'; known: color"),
         (HEAD + BONE.replace("[0, 1]", '[0, "x"]'), r"materials\[0\].values\[1\] is \"x\"; expected a number"),
         (
             HEAD + BONE.replace("#ff0000", "#ff00"),
