@@ -73,7 +73,7 @@ def slab(samples: int, transport: str) -> Iterator[Compared]:
             expected = {"through": (1 - face) / (1 + face), "off": 2 * face / (1 + face)}
             for way, lit in (("through", (0, 8)), ("off", (8, 180))):
                 sheet = at(scale=(500.0, 500.0, 0.5), turn=("x", degrees))
-                scene = _through(sheet, Glass(gray(1.0), 0.0, index), samples, transport, _polar(*lit))
+                scene = _through(sheet, Glass(gray(1.0), 0.0, index), samples, transport, polar(*lit))
                 yield compared(f"n {index} at {degrees:.0f}°, {way}", traced(scene)[0].mean(axis=-1), expected[way])
 
 
@@ -95,7 +95,7 @@ def absorption(samples: int) -> Iterator[Compared]:
         for glass in (False, True):
             surface = Glass(gray(1.0), 0.0, 1.5) if glass else None
             placed = at(scale=(500.0, 500.0, thickness / 2))
-            scene = _through(placed, surface, samples, "spectral", _polar(0, 20))
+            scene = _through(placed, surface, samples, "spectral", polar(0, 20))
             dull = Material("sheet", surface, ScatteringMedium(1.0, gray(0.0), absorbing))
             bright = in_bands(replace(scene, instances=()), bands).mean(axis=(0, 1))
             found = in_bands(replace(scene, materials=(dull,)), bands) / bright
@@ -132,7 +132,7 @@ def prism(samples: int) -> Iterator[Compared]:
     most = 40.0
     pictures = []
     for ramp in (True, False):
-        base = _through(np.eye(4), Glass(), samples, "spectral", _polar(0, most, ramp=ramp))
+        base = _through(np.eye(4), Glass(), samples, "spectral", polar(0, most, ramp=ramp))
         scene = replace(base, meshes=faces, materials=glass, instances=placed)
         pictures.append(in_bands(replace(scene, settings=RenderSettings("spectral", 2)), bands))
     for name, part in zip(bands.names, np.moveaxis(pictures[0] / pictures[1], -1, 0), strict=True):
@@ -184,7 +184,7 @@ def empty_scene(camera: Camera, samples: int, transport: str = "spectral") -> Sc
     )
 
 
-def _polar(first: float, last: float, *, ramp: bool = False) -> ImageTexture:
+def polar(first: float, last: float, *, ramp: bool = False) -> ImageTexture:
     """Surroundings that are white from ``first`` to ``last`` degrees about straight down, or rise to 1 there."""
     rows = 1440
     degrees = (np.arange(rows) + 0.5) * 180 / rows  # row 0 is straight down

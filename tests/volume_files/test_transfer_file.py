@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spectral_core.documents import toml_text
@@ -79,7 +79,7 @@ def documents(draw):
 
 
 @given(documents())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=30)
 def test_what_is_written_is_read_back(stated):
     document = document_of(stated)
     same(transfer_of(tomllib.loads(toml_text(document)), Path()), stated)
