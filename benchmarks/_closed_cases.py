@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is compared with formulas, by name."""
+"""Cases that are compared with formulas, by name."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes with an answer on paper: each gives pairs of what was rendered and what the formula says.
+"""Scenes with an analytic answer: each returns pairs of a rendered and a computed value.
 
-The formulas stand here in full and share no code with the renderer.
+The formulas are complete here and share no code with the renderer.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def slab(samples: int, transport: str) -> Iterator[Compared]:
 
 
 def true_slab(index: float, degrees: float) -> float:
-    """What of unpolarized light passes a sheet if each polarization is followed by itself, as nature does."""
+    """Transmittance of a sheet for unpolarized light if each polarization is followed separately."""
     inside = np.arcsin(np.sin(np.radians(degrees)) / index)
     outside = np.radians(degrees)
     across = (np.sin(outside - inside) / np.sin(outside + inside)) ** 2
@@ -112,9 +112,9 @@ def absorption(samples: int) -> Iterator[Compared]:
 
 
 def prism(samples: int) -> Iterator[Compared]:
-    """Snell at both faces of a prism that disperses: where light of each wavelength goes, in degrees.
+    """Snell's law at both faces of a dispersive prism: direction of light of each wavelength, in degrees.
 
-    The surroundings are as bright as their angle from the view is large, so brightness tells the angle.
+    The brightness of the environment is proportional to the angle from the view, so brightness measures the angle.
     """
     grid = SpectralGrid.uniform(360, 830, 5)
     index = 1.45 + 1.2e4 / grid.wavelengths_nm**2  # Cauchy, of the dispersion of a flint glass
@@ -164,7 +164,7 @@ def lamps(samples: int, transport: str) -> Iterator[Compared]:
 
 
 def _through(placed: Any, surface: Any, samples: int, transport: str, world: Any) -> Scene:
-    """A box below a camera that looks straight down, in surroundings."""
+    """A box below a camera that looks straight down, in an environment."""
     eye = Camera(world_from_camera=at(0, 0, 60), kind="orthographic", orthographic_scale=0.01)
     return replace(
         empty_scene(eye, samples, transport),

@@ -28,7 +28,7 @@ FINE_NM: Array = np.arange(300.0, 830.0 + STEP_NM / 2, STEP_NM)
 KNOTS_NM: Array = np.arange(300.0, 831.0, 5.0)
 BELL_NM = 20.0
 DYES = {"green": (405.0, 520.0), "red": (525.0, 630.0)}
-"""Where each dye takes light in, and where it sends it out; the second takes in what the first sends out."""
+"""Excitation and emission wavelength of each dye; the second absorbs the emission of the first."""
 
 
 def fluorescence(samples: int) -> Iterator[Compared]:

@@ -152,7 +152,7 @@ BALLS: dict[str, Any] = {
     "Subsurface, long paths": Subsurface(WHITE, radius=(1.0, 1.0, 1.0), scale=1.0),
     "Principled, subsurface": Principled(WHITE, subsurface_weight=1.0),
 }
-"""What needs an inside."""
+"""Surfaces that need an interior."""
 
 
 def traced(scene: Scene) -> tuple[Array, int]:

@@ -123,7 +123,7 @@ def instance(obj, rng):
 
 
 def gather(obj, rng):
-    """Put an object into a collection of its own, or take it out."""
+    """Put an object into a collection, or remove it."""
     collection = one_of(rng, bpy.data.collections) or bpy.data.collections.new("Group")
     if collection.name not in bpy.context.scene.collection.children:
         bpy.context.scene.collection.children.link(collection)

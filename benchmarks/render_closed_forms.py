@@ -100,7 +100,7 @@ def _furnace(samples: int, transports: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _polarization() -> dict[str, float]:
-    """What it costs that light has no polarization here: through a sheet of index 1.5."""
+    """Error of ignoring polarization: through a sheet of index 1.5."""
     found = {}
     for degrees in (30.0, 60.0, 80.0):
         sine, index = np.sin(np.radians(degrees)), 1.5

@@ -20,7 +20,7 @@ from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
-from .shading.attributes import object_attributes
+from .shading.attributes import hashed_pair, object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
@@ -166,7 +166,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         # Cycles gives an instance the color of its instancer
         "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
-        "attributes": object_attributes(obj, instance, reads),
+        "attributes": object_attributes(obj, instance, reads, found.translation.scene.frame_current_final),
         "shown_as": obj.name,
         "asset": _root(original).name,
     }
@@ -212,18 +212,7 @@ def _random(obj: Any, instance: Any) -> float:
     word = 0
     for byte in obj.name.encode():
         word = (word * 37 + byte) & 0xFFFFFFFF
-    # Jenkins' lookup3, its final mix, on the words (hash, 0)
-    a = (0xDEADBEEF + (2 << 2) + 13 + word) & 0xFFFFFFFF
-    b = c = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
-    for first, second, third in ((14, 11, 25), (16, 4, 14)):
-        c = ((c ^ b) - _rotated(b, first)) & 0xFFFFFFFF
-        a = ((a ^ c) - _rotated(c, second)) & 0xFFFFFFFF
-        b = ((b ^ a) - _rotated(a, third)) & 0xFFFFFFFF
-    return float((((c ^ b) - _rotated(b, 24)) & 0xFFFFFFFF) / 0xFFFFFFFF)
-
-
-def _rotated(word: int, bits: int) -> int:
-    return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF
+    return float(hashed_pair(word, 0) / 0xFFFFFFFF)
 
 
 def _materials(obj: Any) -> list[Any]:

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spectral_core.palette.qp.answer import Answer, is_sharp
 from spectral_core.palette.qp.arrow import squared
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.elimination import Elimination
+from spectral_core.palette.qp.optimality import Check
 
 SIZE, CELLS = 17, 4
 
@@ -96,3 +98,23 @@ def test_an_exchange_that_would_lose_digits_is_refused(rng):
     found = Elimination(squared(block, 1.0, np.inf), free, np.zeros(SIZE))
     assert not found.exchange(1, 0.0)
     assert found.exchange(5, 0.0)
+
+
+def test_an_answer_is_refined_from_a_residual_of_1e_8_on():
+    """The check accepts 1e-6; what lies between is refined first, so that equal answers look equal."""
+    for residual, sharp in ((0.9e-8, True), (1.1e-8, False), (np.inf, False)):
+        answer = Answer((), np.zeros((0, 3)), (), Check(residual, 0.0, 0.0), ())
+        assert is_sharp(answer) is sharp
+    broken = Answer((), np.zeros((0, 3)), (), Check(0.0, 0.0, 1e-6), ())  # an exact row is missed
+    assert not is_sharp(broken)
+
+
+def test_a_light_that_shows_nothing_does_not_set_the_scale_of_the_check(rng):
+    """Rows below the visible limit, a ten-millionth in all coefficients together, are those of no light."""
+    block = some_block(rng, 0, 0)
+    seen = replace(block, keys=tuple((0, (0, j)) for j in range(CELLS)))
+    for total, counts in ((0.8e-7, False), (1.3e-7, True)):
+        rows = seen.rows.copy()
+        rows[:3] = total / SIZE
+        found = replace(seen, rows=rows, weights=np.ones(3 * CELLS))
+        assert (found.scale < 1e-7) is counts
