@@ -55,6 +55,7 @@ SURFACES: dict[str, Callable[[float], Any]] = {
     "Glossy, GGX, multiple scattering": lambda r: Glossy(WHITE, r),
     "Glossy, GGX, single scattering": lambda r: Glossy(WHITE, r, multiple_scattering=False),
     "Glossy, Beckmann": lambda r: Glossy(WHITE, r, distribution="beckmann"),
+    "Glossy, Ashikhmin and Shirley": lambda r: Glossy(WHITE, r, distribution="ashikhmin"),
     "Glass, index 1.5": lambda r: Glass(WHITE, r, 1.5),
     "Glass, index 2.4": lambda r: Glass(WHITE, r, 2.4),
     "Glass, single scattering": lambda r: Glass(WHITE, r, 1.5, multiple_scattering=False),

@@ -28,6 +28,9 @@ for _model in ("GGX", "MULTI_GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY"):
         feature(f"closures/glossy {_model} {_rough:g}", _shader(
             "ShaderNodeBsdfAnisotropic", {"distribution": _model}, Color=BASE, Roughness=_rough))  # fmt: skip
 feature("closures/glossy anisotropic", _shader("ShaderNodeBsdfAnisotropic", Color=BASE, Roughness=0.4, Anisotropy=0.8))
+feature("closures/glossy ASHIKHMIN_SHIRLEY anisotropic", _shader(
+    "ShaderNodeBsdfAnisotropic", {"distribution": "ASHIKHMIN_SHIRLEY"}, Color=BASE, Roughness=0.5,
+    Anisotropy=0.7))  # fmt: skip
 for _model in ("GGX", "MULTI_GGX", "BECKMANN"):
     for _rough in (0.0, 0.4):
         feature(

@@ -58,8 +58,8 @@ class Diffuse(_Numbers):
 class Glossy(_Numbers):
     """Microfacet mirror (GGX, ``alpha = roughness²``) that reflects ``color`` at every angle.
 
-    ``multiple_scattering``: True to keep light that bounces between facets (Blender's Multiscatter GGX). Beckmann
-    facets lose it, as in Cycles.
+    ``multiple_scattering``: True to keep light that bounces between facets (Blender's Multiscatter GGX). The
+    facets of Beckmann and of Ashikhmin and Shirley lose it, as in Cycles.
     """
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -68,7 +68,7 @@ class Glossy(_Numbers):
     anisotropy: Scalar = 0.0
     rotation: Scalar = 0.0
     tangent: Computed | None = None
-    distribution: Literal["ggx", "beckmann"] = "ggx"
+    distribution: Literal["ggx", "beckmann", "ashikhmin"] = "ggx"
     normal: Computed | None = None
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 from spectral_core.scene import (
     LARGEST,
@@ -42,6 +43,8 @@ from .shader_inputs import (
 )
 from .tree import Input, Output, linked
 
+FACETS: dict[str, Literal["beckmann", "ashikhmin"]] = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin"}
+"""Distributions of facets other than GGX."""
 BLACK = Diffuse(gray(0.0))
 """Surface of an empty shader socket: nothing is reflected."""
 
@@ -78,8 +81,6 @@ def _roughness(reader: Reader, output: Output, fallback: float) -> Scalar:
 
 def _glossy(reader: Reader, output: Output) -> Surface:
     distribution = getattr(output.node, "distribution", "GGX")
-    if distribution == "ASHIKHMIN_SHIRLEY":
-        reader.note(f"{output.label!r}: Ashikhmin-Shirley is rendered as Beckmann, whose lobe is nearly the same")
     anisotropy = reader.scalar(output.input("Anisotropy"), 0.0)
     return Glossy(
         main_color(reader, output, 0.8),
@@ -88,7 +89,7 @@ def _glossy(reader: Reader, output: Output) -> Surface:
         anisotropy,
         reader.scalar(output.input("Rotation"), 0.0),
         lobe_tangent(reader, output, anisotropy),
-        "beckmann" if distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY") else "ggx",
+        FACETS.get(distribution, "ggx"),
         direction_at(reader, output, "Normal"),
     )
 

@@ -8,6 +8,7 @@ from typing import Any
 from spectral_core.render.plugins.closures.film import film_of, metal_reflectance
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.closures.microfacet import Microfacets, kept_energy
+from spectral_core.render.plugins.closures.phong import Phong
 from spectral_core.render.plugins.closures.upright import keeps_side, with_valid_normal
 
 
@@ -127,6 +128,8 @@ def register(mi: Any, dr: Any) -> None:
             )
 
         def facets(self, si: Any, active: Any) -> Any:
+            if self.kind == "ashikhmin":
+                return Phong(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active))
             return Microfacets(mi, dr, self.roughness.eval_1(si, active), self.stretch(si, active), self.kind)
 
         def draw(self, si: Any, wi: Any, samples: Any, active: Any) -> Any:
