@@ -77,6 +77,18 @@ for _ray in ("camera", "diffuse", "glossy", "transmission", "shadow", "volume_sc
 feature("objects/holdout", _ball(is_holdout=True))
 feature("objects/shadow catcher", _ball(is_shadow_catcher=True))
 feature("objects/shadow catcher below", lambda s: setattr(s.floor, "is_shadow_catcher", True), 2)
+
+
+def _added_lamp(stage: Stage, *, and_footage: bool) -> None:
+    """A lamp that is not in the footage: it brightens the catcher, which a picture cannot show."""
+    stage.floor.is_shadow_catcher, stage.lamp.is_shadow_catcher = True, False
+    stage.scene.render.film_transparent = True
+    if and_footage:
+        stage.light("POINT", 200.0, (-2, -2, 3))
+
+
+feature("objects/shadow catcher under an added lamp", lambda s: _added_lamp(s, and_footage=False), 2)
+feature("objects/shadow catcher under two kinds of lamps", lambda s: _added_lamp(s, and_footage=True), 2)
 feature(
     "objects/shadow catcher below a mirror",
     lambda s: (setattr(s.floor, "is_shadow_catcher", True), s.shader("ShaderNodeBsdfGlossy", Roughness=0.2)),

@@ -62,18 +62,21 @@ def render_catching(
     if rest.status == "done":
         parts.append(render(_with(sees, _same, _as_holdout), None, should_stop, None))
     if parts[-1].status == "done":
-        parts.append(render(_with(sees, _same, _as_absent), None, should_stop, parts[-1].plan))
+        alone = replace(sees, lights=tuple(light for light in scene.lights if light.is_in_footage))
+        parts.append(render(_with(alone, _same, _as_absent), None, should_stop, parts[-1].plan))
     if parts[-1].status == "done" and not scene.film.transparent:
         empty = replace(sees, film=scene.film, instances=(), lights=(), volumes=())
         parts.append(render(empty, None, should_stop, None))
     if parts[-1].status != "done" or parts[-1].samples == 0:
         return replace(rest, status="cancelled", notes=(*rest.notes, *notes))
-    lit, alone = parts[1].pixels, parts[2].pixels
+    lit, unshadowed = parts[1].pixels, parts[2].pixels
     background = None if scene.film.transparent else parts[3].pixels
     seconds, work = (sum(getattr(part, name) for part in parts) for name in ("seconds", "work"))
     fresh = [note for part in parts[1:3] for note in part.notes if note not in rest.notes]
     told = tuple(dict.fromkeys((*rest.notes, *fresh, *notes)))
-    return replace(rest, pixels=joined(rest.pixels, lit, alone, background), seconds=seconds, work=work, notes=told)
+    return replace(
+        rest, pixels=joined(rest.pixels, lit, unshadowed, background), seconds=seconds, work=work, notes=told
+    )
 
 
 def joined(rest: Pixels, lit: Pixels, alone: Pixels, background: Pixels | None) -> Pixels:
