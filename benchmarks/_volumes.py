@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the volume benchmarks share: the fields, the metric, references and samples at equal SNR."""
+"""Code shared by the volume benchmarks: the fields, the metric, references and samples at equal SNR."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def load_nrrd(path: Path) -> ScalarVolume:
 
 
 def all_volumes(quick: bool = False, names: list[str] | None = None) -> Iterator[ScalarVolume]:
-    """Real volumes where present, then our own; a few small ones with ``quick``."""
+    """Real volumes if present, then sample fields; a few small ones with ``quick``."""
     folder = shared_data()
     wanted = names or (["hipip", "gaussians"] if quick else [*REAL, *(name for name, _ in OWN)])
     sizes = dict(OWN)

@@ -179,7 +179,7 @@ class _PassesPanel(_RenderPanel):
 
 
 class SPECTRAL_PT_passes_data(_PassesPanel, bpy.types.Panel):
-    """What camera rays see, and facts of the render"""
+    """Passes of data at the first hit, and facts of the render"""
 
     bl_label = "Data Passes"
 

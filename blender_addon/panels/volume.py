@@ -193,7 +193,7 @@ class SPECTRAL_PT_volume_quality(_VolumePanel, bpy.types.Panel):
 
 
 class SPECTRAL_PT_volume_source(_VolumePanel, bpy.types.Panel):
-    """Where the data come from"""
+    """The source of the volume's data"""
 
     bl_label = "Source"
     bl_parent_id = "SPECTRAL_PT_volume"

@@ -9,7 +9,7 @@ import numpy as np
 
 PREFIX = "object_attribute:"
 OF_STRANDS = ("HAIR", "POINT")
-"""What only hair and points have."""
+"""Types of object that alone have these attributes: hair and points."""
 NOTHING = (0.0, 0.0, 0.0, 1.0)
 """Blender's value of a missing attribute."""
 
@@ -52,7 +52,9 @@ def _of_instance(name: str, instance: Any) -> tuple[float, ...]:
 
 
 def _of_particle(name: str, instance: Any, frame: float) -> tuple[float, ...]:
-    """What Particle Info says of an instance; of what is no particle, as Cycles, that of particle 0 without a life."""
+    """The outputs of Particle Info for an instance; for an object that is no particle, as in Cycles, those of particle
+    0 without a life.
+    """
     system = instance.particle_system if instance.is_instance else None
     index = int(instance.persistent_id[0]) if system is not None else 0
     if name == "Random":

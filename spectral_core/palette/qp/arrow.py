@@ -214,7 +214,7 @@ class Arrow:
         self._collect()
 
     def _collect(self) -> None:
-        """What all blocks add to the system of the colors, and the size of each unknown's gradient."""
+        """The sum of all blocks' contributions to the system of the colors, and the size of each unknown's gradient."""
         self._color_hessians = np.array([self._known_hessian, *(each.color_hessian for each in self.spectra)])
         self._color_linears = np.array([self._known_linear, *(each.color_linear for each in self.spectra)])
         self._weights = None if self.problem.stack is None else np.array([each.weights for each in self.spectra])

@@ -69,7 +69,7 @@ class Block:
 
     @cached_property
     def _visibility(self) -> tuple[Array, NDArray[np.bool_], Array, float]:
-        """What ``scale`` needs that no weight changes."""
+        """The inputs of ``scale`` that do not depend on weights."""
         # A color error of 1 has the gradient ω·a; its largest component is the row's largest coefficient times ω.
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
         shown = np.abs(self.rows).sum(axis=1) >= DIM

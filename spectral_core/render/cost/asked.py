@@ -45,7 +45,7 @@ class AskedRender:
 
 
 def is_asked(settings: RenderSettings) -> bool:
-    """True if an error or a time is asked for. Raises InvalidInputError if both are, or if neither can be reached."""
+    """True if an error or a time is requested. Raises InvalidInputError if both are, or if neither can be reached."""
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
@@ -71,7 +71,7 @@ def render_asked(
     on_round: Callable[[NDArray[np.float32], float, float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> AskedRender:
-    """Render what the scene's settings ask for.
+    """Render with the error or time that the scene's settings request.
 
     Parameters
     ----------

@@ -31,8 +31,8 @@ _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 class CostPoint:
     """A setting of one ``axis`` ("samples", "bounces", "transport", "volume step"), for the whole picture.
 
-    ``seconds`` it takes; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of what
-    the setting leaves out, whatever the samples. ``measured``: traced, not predicted.
+    ``seconds``: render time; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of
+    the effects that the setting omits, whatever the samples. ``measured``: traced, not predicted.
     """
 
     axis: str

@@ -122,7 +122,8 @@ def _look(scene: Scene, effects: Mapping[str, Effect], choices: Mapping[str, str
 def pilot_plan(scene: Scene) -> EffectPlan:
     """The plan of the pilot: surfaces and lamps, in three channels, with shadows through transparent surfaces."""
     values = {
-        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "media": "off", "volumes": "off",
+        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "thin_film": "off",
+        "media": "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",
         "environment": "none" if scene.world.is_black else "on", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),
