@@ -97,7 +97,7 @@ class Block:
         return self.rows @ x - self.targets - self.ties @ colors
 
     def with_targets(self, targets: Array) -> Block:
-        """The same block with other targets (m,); what does not depend on them is kept."""
+        """The same block with other targets (m,); results that do not depend on them are kept."""
         return self._kept(
             replace(self, targets=targets), ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
         )
@@ -107,7 +107,7 @@ class Block:
         return self._kept(replace(self, targets=targets, weights=weights, own_weights=own_weights), ())
 
     def with_request(self, number: int, color: Array, weight: float, own_weight: float) -> Block:
-        """The same block with another color (3,), squared weight and own weight of one cell, by its number in keys."""
+        """The same block with another color (3,), squared weight and weight of one cell, by its number in keys."""
         rows = slice(3 * number, 3 * number + 3)
         assert self.own_weights is not None
         targets = self.targets.copy()

@@ -142,7 +142,7 @@ class HeldBounds:
         return int(np.count_nonzero((goal < low) | (goal > high)))
 
     def _kept_between(self, at: slice) -> tuple[Array, Array]:
-        """Between what the value of a free unknown, and the gradient of a held one, must lie."""
+        """The interval in which the value of a free unknown, or the gradient of a held one, must lie."""
         free, at_lower, movable = self.free[at], self.x[at] <= self.lower[at], self._movable[at]
         slack = SLACK * self.arrow.sizes[at]
         low = np.where(free, self._low_limit[at], np.where(at_lower & movable, -slack, -np.inf))
