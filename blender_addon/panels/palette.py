@@ -110,7 +110,8 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     facts = told.row()  # below: beside them, a narrow sidebar truncates the text
     facts.active = False
     worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
-    facts.label(text=f"{worst} · {_duration(palette.milliseconds)}", icon="BLANK1")
+    took = f" · {_duration(palette.milliseconds)}" if palette.milliseconds > 0 else ""
+    facts.label(text=f"{worst}{took}", icon="BLANK1")
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:

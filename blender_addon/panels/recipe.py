@@ -25,7 +25,7 @@ class SPECTRAL_PT_recipe(bpy.types.Panel):
         column.row().prop(recipe, "library", expand=True)
         if recipe.library == "FILE":
             column.prop(recipe, "filepath")
-        column.prop(recipe, "most", text="Channels at Most" if recipe.kind == "LAMP" else "Parts at Most")
+        column.prop(recipe, "most", text="Most Channels" if recipe.kind == "LAMP" else "Most Parts")
         if recipe.kind == "LAMP":
             _draw_lamp(column, layout, recipe)
         else:

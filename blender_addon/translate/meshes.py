@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
+from .mesh_measures import READ, measure
+
 Array = NDArray[Any]
 
 READS_UV = frozenset(("uv", "tangent", "bitangent"))
@@ -155,6 +157,11 @@ def _attribute(source: Any, name: str, corners: Array, positions: Array, undefor
     """Values (n, 3) of the program input ``name``, per vertex or per corner; None if there is none."""
     if name == "generated":
         return _told_apart(_generated(source, positions, undeformed), corners)
+    if name.startswith(READ):
+        edges = np.empty(2 * len(source.edges), dtype=np.int32)
+        source.edges.foreach_get("vertices", edges)
+        normals = _floats(source.vertex_normals, "vector", len(positions), 3)
+        return _told_apart(measure(name[len(READ) :], positions, normals, edges.reshape(-1, 2)), corners)
     kind, _, attribute = name.partition(":")
     if kind not in ("attribute", "attribute_alpha"):
         return None

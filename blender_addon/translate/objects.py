@@ -20,7 +20,7 @@ from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.lights import translate_light
 from .meshes import READS_UV, translate_mesh, uv_layer
-from .shading.attributes import object_attributes
+from .shading.attributes import hashed_pair, object_attributes
 from .shading.materials import TranslatedMaterial, translate_material
 from .strands.placed import place_hair, place_strands
 from .viewport.kept import Kept, kept_or_made
@@ -50,6 +50,8 @@ class Collected:
     originals: list[Any] = field(default_factory=list)
     """The original object of each instance."""
     kept: Kept | None = None
+    is_render: bool = True
+    """True in renders, False in the viewport."""
     _names: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -73,7 +75,7 @@ def collect(translation: Translation, shows: Callable[[Any], bool] = everything,
     """Walk over every instance that the render shows and that passes ``shows``; ``kept``: meshes of an earlier
     translation.
     """
-    found = Collected(translation, kept=kept)
+    found = Collected(translation, kept=kept, is_render=shows is everything)
     for instance in translation.depsgraph.object_instances:
         obj = instance.object
         if not shows(instance):
@@ -166,9 +168,10 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         # Cycles gives an instance the color of its instancer
         "color": tuple(instance.parent.color if instance.is_instance and instance.parent else obj.color),
         "index": int(obj.pass_index),
-        "attributes": object_attributes(obj, instance, reads),
+        "attributes": object_attributes(obj, instance, reads, found.translation.scene.frame_current_final),
         "shown_as": obj.name,
         "asset": _root(original).name,
+        "is_shadow_catcher": obj.is_shadow_catcher,
     }
     make = partial(_instance, found, obj, instance, mesh, materials, reads, fields)
     found.originals.append(original)
@@ -176,7 +179,7 @@ def _collect_mesh(found: Collected, obj: Any, instance: Any) -> None:
         found.instances.append(make())
         return
     names = tuple(item.material.name for item in materials)
-    state = (rows, names, reads, tuple(fields.values()), obj.is_shadow_catcher, mesh)
+    state = (rows, names, reads, tuple(fields.values()), mesh)
     makers = frozenset((original.session_uid, original.data.session_uid))
     key = ("instance", original.session_uid)
     found.instances.append(kept_or_made(found.kept, found.translation, key, makers, state, make))
@@ -192,8 +195,9 @@ def _instance(
     materials = materials + [materials[-1]] * (highest + 1 - len(materials))
     _note_missing(found, obj, reads)
     note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
-    if obj.is_shadow_catcher:
-        found.translation.note(obj.name, "it is a shadow catcher, which is rendered as a plain object")
+    if obj.is_shadow_catcher and not found.is_render:
+        message = "it is a shadow catcher in renders of F12 and spectral-scene, a plain object in the viewport"
+        found.translation.note(obj.name, message)
     matrix, names = np.array(instance.matrix_world, dtype=np.float64), tuple(item.material.name for item in materials)
     return Instance(world_from_object=matrix, materials=names, random=_random(obj, instance), **fields)
 
@@ -212,18 +216,7 @@ def _random(obj: Any, instance: Any) -> float:
     word = 0
     for byte in obj.name.encode():
         word = (word * 37 + byte) & 0xFFFFFFFF
-    # Jenkins' lookup3, its final mix, on the words (hash, 0)
-    a = (0xDEADBEEF + (2 << 2) + 13 + word) & 0xFFFFFFFF
-    b = c = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
-    for first, second, third in ((14, 11, 25), (16, 4, 14)):
-        c = ((c ^ b) - _rotated(b, first)) & 0xFFFFFFFF
-        a = ((a ^ c) - _rotated(c, second)) & 0xFFFFFFFF
-        b = ((b ^ a) - _rotated(a, third)) & 0xFFFFFFFF
-    return float((((c ^ b) - _rotated(b, 24)) & 0xFFFFFFFF) / 0xFFFFFFFF)
-
-
-def _rotated(word: int, bits: int) -> int:
-    return ((word << bits) | (word >> (32 - bits))) & 0xFFFFFFFF
+    return float(hashed_pair(word, 0) / 0xFFFFFFFF)
 
 
 def _materials(obj: Any) -> list[Any]:

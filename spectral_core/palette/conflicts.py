@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which cells conflict, from the multipliers of the last solve.
+"""The cells that conflict, from the multipliers of the last solve.
 
 With the active bounds fixed, the answer is a linear function of every row. Releasing cell j changes the error of i by
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.render.catching import with_catchers
 from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import is_asked, render_asked, tightened
 from spectral_core.render.cost.model import Prediction
@@ -114,15 +115,23 @@ def render_scene(
     explains the others. Raises InvalidInputError for a scene that cannot be rendered, RenderError if Mitsuba fails,
     MissingDependencyError if the scene requires a denoiser and there is none.
     """
-    if scene.moments:
+    measure = Measure(bands, groups, sampling_lights)
 
-        def instant(
-            still: Scene, show: Callable[[Progress], None], stop: Callable[[], bool] | None, plan: EffectPlan | None
-        ) -> RenderResult:
-            return _render_instant(still, show, stop, Measure(bands, groups, sampling_lights), plan)
+    def instant(
+        still: Scene,
+        show: Callable[[Progress], None] | None,
+        stop: Callable[[], bool] | None,
+        plan: EffectPlan | None = None,
+    ) -> RenderResult:
+        return _render_instant(still, show, stop, measure, plan)
 
-        return render_moving(scene, instant, on_progress, should_stop)
-    return _render_instant(scene, on_progress, should_stop, Measure(bands, groups, sampling_lights))
+    caught = with_catchers(instant)
+    made: RenderResult = (
+        render_moving(scene, caught, on_progress, should_stop)
+        if scene.moments
+        else caught(scene, on_progress, should_stop)
+    )
+    return made
 
 
 def _render_instant(

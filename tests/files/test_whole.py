@@ -59,7 +59,7 @@ def test_what_a_check_refuses_does_not_replace_the_earlier_file(tmp_path: Path) 
         raise ValueError(f"{path.stat().st_size} bytes")
 
     with (
-        pytest.raises(FileWriteError, match=r"is not whole; is it full\? \(2 bytes\)"),
+        pytest.raises(FileWriteError, match=r"is incomplete; is the disk full\? \(2 bytes\)"),
         whole_file(tmp_path / "a.txt", check=refuse) as unfinished,
     ):
         unfinished.write_text("ne")
@@ -113,7 +113,7 @@ def test_a_path_from_a_document_replaces_its_own_kind_alone(tmp_path: Path) -> N
     require_own_kind(tmp_path / "new", lambda path: False, "picture")
     (tmp_path / "old").write_text("x")
     require_own_kind(tmp_path / "old", lambda path: True, "picture")
-    with pytest.raises(InvalidInputError, match="is there already and is no picture"):
+    with pytest.raises(InvalidInputError, match="exists already and is no picture"):
         require_own_kind(tmp_path / "old", lambda path: False, "picture")
 
 

@@ -31,7 +31,8 @@ def solve_live(scene: Scene) -> PaletteSolution | None:
     if not len(palette.lights) or not len(palette.materials):
         return None
     if takes_seconds(palette):
-        palette.message = "This table takes some seconds to solve: press Solve"
+        if palette.is_stale:  # Solve may have been pressed since the edit
+            palette.message = "This table takes some seconds to solve: press Solve"
         return None
     return _solve(scene, lambda problem: live_solution(scene.session_uid, problem), finished=False)
 

@@ -81,6 +81,8 @@ class SPECTRAL_OT_texture_material(bpy.types.Operator):
         node = tree.nodes.new(NODE)
         node.location, shader.location = (-400, 0), (-180, 0)
         node.filepath, node.extension = path, "EXTEND"
+        if node.message:
+            self.report({"WARNING"}, node.message)
         tree.links.new(node.outputs[0], shader.inputs["Color"])
         tree.links.new(shader.outputs[0], end.inputs["Surface"])
         target = context.object

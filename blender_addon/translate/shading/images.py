@@ -15,6 +15,7 @@ from spectral_core.spectra.color import linear_from_display_rgb
 from ... import compat
 from ..context import Translation
 from ..ledger import note_changed
+from .image_files import frame_image, frame_of, tile_image, tiles_of
 
 Array = NDArray[Any]
 
@@ -39,7 +40,10 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     if image is None:
         translation.note(owner, f"{node.name!r} has no image; a neutral gray stands in for it")
         return None
-    texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
+    if image.source == "SEQUENCE":
+        texture = _frame(translation, node, channel)
+    else:
+        texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
     if texture is None:
         return None
     extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
@@ -50,6 +54,55 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     if key not in translation.images:
         translation.images[key] = replace(texture, extension=extension, interpolation=interpolation)
     return translation.images[key]
+
+
+def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | None:
+    """The file of a sequence that a node shows at the scene's frame."""
+    translation.reads_elsewhere = True  # the scene's frame
+    image, number = node.image, frame_of(node.image_user, int(translation.scene.frame_current))
+    key = (image.name_full, channel, alpha_is_read(node), number)
+    if key not in translation.images:
+        with frame_image(image, number) as found:
+            if found is None:
+                where = f"{image.filepath}, file {number}"
+                translation.note(image.name, f"the image could not be read ({where}); a neutral gray stands in for it")
+            texture = None if found is None else _read(translation, found, channel, alpha_is_read(node))
+        translation.images[key] = texture
+    return translation.images[key]
+
+
+def tiles_of_node(translation: Translation, node: Any, channel: str) -> list[tuple[tuple[int, ...], ImageTexture]]:
+    """Tiles of an Image Texture whose image is a UDIM set: those of one size stand one above the other in an image."""
+    image, reads_alpha = node.image, alpha_is_read(node)
+    groups: dict[Any, list[tuple[int, ImageTexture]]] = {}
+    for number in tiles_of(image):
+        key = (image.name_full, channel, reads_alpha, "tile", number)
+        if key not in translation.images:
+            with tile_image(image, number) as found:
+                made = None if found is None else _read(translation, found, channel, reads_alpha)
+            translation.images[key] = made
+        tile = translation.images[key]
+        if tile is None:
+            translation.note(image.name, f"tile {number} of this UDIM image could not be read; it is magenta")
+            continue
+        groups.setdefault((tile.pixels.shape, tile.pixels.dtype, tile.color_space), []).append((number, tile))
+    return [(tuple(n for n, _ in of), _stacked(translation, node, image.name, of, channel)) for of in groups.values()]
+
+
+def _stacked(
+    translation: Translation, node: Any, name: str, of: list[tuple[int, ImageTexture]], channel: str
+) -> ImageTexture:
+    """Tiles of one size as one image, made once per use."""
+    extension = EXTENSIONS.get(node.extension, "repeat")
+    interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
+    key = ("stacked", *(id(tile) for _, tile in of), extension, interpolation)
+    if key not in translation.images:
+        pixels = np.concatenate([tile.pixels for _, tile in of])
+        stacked = replace(of[0][1], name=f"{name} ({channel}, {len(of)} tiles)", pixels=pixels)
+        translation.images[key] = replace(stacked, extension=extension, interpolation=interpolation)
+    found = translation.images[key]
+    assert found is not None
+    return found
 
 
 def alpha_is_read(node: Any) -> bool:
@@ -79,9 +132,9 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         return None
     note_changed(translation, image.name, image)
     if image.source in ("SEQUENCE", "MOVIE"):
-        translation.note(image.name, "an image sequence or movie shows the frame that Blender has loaded")
+        translation.note(image.name, "this movie or sequence shows the frame that Blender has loaded")
     if image.source == "TILED":
-        translation.note(image.name, "of a tiled (UDIM) image only the first tile is used")
+        translation.note(image.name, "of this tiled (UDIM) image only the first tile is used")
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
     pixels = values.reshape(height, width, -1)

@@ -12,7 +12,7 @@ from spectral_core.errors import SpectralError
 
 from ...properties.texture import NODE
 from .fields import Value
-from .images import alpha_is_read, image_of_node
+from .images import alpha_is_read, image_of_node, tiles_of_node
 from .reader import NEUTRAL, Reader, evaluator
 from .texture import spectral_image_of
 from .tree import Output, linked
@@ -73,6 +73,8 @@ def _spectral_texture(reader: Reader, output: Output) -> Any:
 def _image(reader: Reader, output: Output) -> Any:
     node = output.node
     is_alpha = output.socket.name == "Alpha"
+    if node.image is not None and node.image.source == "TILED" and node.projection != "BOX":
+        return _tiled(reader, output)
     texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
         return 1.0 if is_alpha else np.full(3, NEUTRAL)
@@ -88,6 +90,23 @@ def _image(reader: Reader, output: Output) -> Any:
         place = reader.emit("round_coordinates", place, settings=(node.projection,))
     found = reader.emit("image_color", place, settings=(unassociates,), data=texture)
     return reader.emit("component", found, settings=(0,)) if is_alpha else found  # alpha is an image of one channel
+
+
+def _tiled(reader: Reader, output: Output) -> Any:
+    """A UDIM set: each tile where its coordinates are, magenta elsewhere, as in Cycles."""
+    node, is_alpha = output.node, output.socket.name == "Alpha"
+    place = place_of(reader, output, "uv")
+    if node.projection in ("SPHERE", "TUBE"):
+        place = reader.emit("round_coordinates", place, settings=(node.projection,))
+    groups = tiles_of_node(reader.translation, node, output.socket.name)
+    known = tuple(number for numbers, _ in groups for number in numbers)
+    outside = reader.emit("outside_tiles", place, settings=known)
+    total = reader.emit("vector_math", np.array((1.0, is_alpha, 1.0)), outside, 0.0, 0.0, settings=("MULTIPLY",))
+    for numbers, texture in groups:
+        unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
+        part = reader.emit("image_tiles", place, settings=(unassociates, *numbers), data=texture)
+        total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
+    return reader.emit("component", total, settings=(0,)) if is_alpha else total
 
 
 def mapping_matrix(reader: Reader, mapping: Output) -> NDArray[np.float64]:

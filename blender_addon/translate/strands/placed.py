@@ -12,7 +12,7 @@ import numpy as np
 from spectral_core.scene import Instance, Mesh
 
 from ..meshes import READS_UV
-from ..shading.attributes import object_attributes
+from ..shading.attributes import OF_STRANDS, PREFIX, object_attributes
 from ..shading.materials import TranslatedMaterial
 from ..visibility import hidden_from
 from . import curves_mesh, particle_mesh, points_mesh
@@ -30,7 +30,8 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
     if mesh is not None:
         _note_unread(found, obj, reads, mesh)
         _enter(found, obj, obj.name_full, mesh, materials, np.array(instance.matrix_world, dtype=np.float64))
-        found.instances[-1] = _with(found.instances[-1], random, object_attributes(obj, instance, reads))
+        attributes = object_attributes(obj, instance, reads, found.translation.scene.frame_current_final)
+        found.instances[-1] = _with(found.instances[-1], random, attributes)
 
 
 def place_hair(found: Any, obj: Any, materials_of: Callable[[Any], list[TranslatedMaterial]], is_render: bool) -> None:
@@ -70,6 +71,7 @@ def _enter(found: Any, obj: Any, name: str, mesh: Mesh, materials: list[Translat
             bool(obj.is_holdout or original.holdout_get(view_layer=layer)),
             color=tuple(obj.color),
             index=int(obj.pass_index),
+            is_shadow_catcher=bool(obj.is_shadow_catcher),
         )
     )
 
@@ -82,6 +84,6 @@ def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> Non
     """Note the attributes that materials read but hair or points do not have."""
     there = {attribute.name for attribute in mesh.attributes}
     for read in sorted(reads - there):
-        if read in READS_UV or read.startswith(("generated", "attribute")):
+        if read in READS_UV or read.startswith(("generated", "attribute", *(PREFIX + kind for kind in OF_STRANDS))):
             what = read.partition(":")[2] or read
             found.translation.note(obj.name, f"{what!r} of its hair or points is not translated; its materials read 0")

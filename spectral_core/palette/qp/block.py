@@ -69,7 +69,7 @@ class Block:
 
     @cached_property
     def _visibility(self) -> tuple[Array, NDArray[np.bool_], Array, float]:
-        """What ``scale`` needs that no weight changes."""
+        """The inputs of ``scale`` that do not depend on weights."""
         # A color error of 1 has the gradient ω·a; its largest component is the row's largest coefficient times ω.
         strength = np.abs(self.rows).max(axis=1, initial=0.0)
         shown = np.abs(self.rows).sum(axis=1) >= DIM
@@ -97,7 +97,7 @@ class Block:
         return self.rows @ x - self.targets - self.ties @ colors
 
     def with_targets(self, targets: Array) -> Block:
-        """The same block with other targets (m,); what does not depend on them is kept."""
+        """The same block with other targets (m,); results that do not depend on them are kept."""
         kept = ("exact", "any_exact", "soft_weights", "scale", "lightest_ties")
         return self._kept(self._with(targets, self.weights, self.own_weights), kept)
 
@@ -106,7 +106,7 @@ class Block:
         return self._kept(self._with(targets, weights, own_weights), ())
 
     def with_request(self, number: int, color: Array, weight: float, own_weight: float) -> Block:
-        """The same block with another color (3,), squared weight and own weight of one cell, by its number in keys."""
+        """The same block with another color (3,), squared weight and weight of one cell, by its number in keys."""
         rows = slice(3 * number, 3 * number + 3)
         assert self.own_weights is not None
         targets = self.targets.copy()

@@ -150,7 +150,8 @@ class Elimination:
     # -- by the table --------------------------------------------------------------------------------------------------
 
     def _tabulated(self) -> Array:
-        """How every row of ``map`` responds: to a push z at a free sample, a move of a held one, a border row's target.
+        """The response of every row of ``map`` to a push z at a free sample, a move of a held one, a border row's
+        target.
 
         The columns of ``map`` stand behind those of the responses, so that one exchange changes both.
         """

@@ -59,7 +59,7 @@ class HeldBounds:
     def begin(self, x: Array, free: Mask) -> None:
         """Set a start: values, and the unknowns that are off their bounds."""
         self.x = np.clip(x, self.lower, self.upper)
-        # What lies between its bounds is free, whatever is claimed: a held value must be a bound.
+        # A value between its bounds is free, whatever the claim: a held value must be at a bound.
         self.free = (free | ((self.x > self.lower) & (self.x < self.upper))) & self._movable
         # Blocks whose bounds are held as they were then are still right.
         moved = (self.free != self._held_free) | (~self.free & (self.x != self._held))
@@ -138,7 +138,7 @@ class HeldBounds:
         return bool(worn)
 
     def unkept(self, k: int, colors: Array) -> int | None:
-        """How many bounds of one block are wrong at some free colors, (q,); None where it must be factored first."""
+        """Number of wrong bounds of one block at given free colors, (q,); None if the block must be factored first."""
         found, spectrum = self._eliminated[k], self.arrow.spectra[k]
         if found is None or found.spectrum.hessian is not spectrum.hessian:
             return None
@@ -149,7 +149,7 @@ class HeldBounds:
         return int(np.count_nonzero((goal < low) | (goal > high)))
 
     def _kept_between(self, at: slice) -> tuple[Array, Array]:
-        """Between what the value of a free unknown, and the gradient of a held one, must lie."""
+        """The interval in which the value of a free unknown, or the gradient of a held one, must lie."""
         free, at_lower, movable = self.free[at], self.x[at] <= self.lower[at], self._movable[at]
         slack = SLACK * self.arrow.sizes[at]
         low = np.where(free, self._low_limit[at], np.where(at_lower & movable, -slack, -np.inf))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A render for an asked error or an asked time: predicted by a probe, sampled adaptively, its outcome estimated."""
+"""A render for a requested error or time: predicted by a probe, sampled adaptively, its outcome estimated."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from spectral_core.scene import Note, RenderSettings, Scene
 Array = NDArray[np.float64]
 
 PLAN_SHARE = 0.25
-"""Part of an asked error that the plan may use; the rest is the target for the noise."""
+"""Part of a requested error that the plan may use; the rest is the target for the noise."""
 _FIRST_SHARE = 0.3
 """Part of the expected samples that is spread over the whole picture before tiles are treated differently."""
 _ROUNDS = 4
@@ -32,7 +32,7 @@ _ROUNDS = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AskedRender:
-    """Result of an asked render: picture (height, width, 4), bands if they were measured, prediction and outcome."""
+    """Result of such a render: picture (height, width, 4), bands if they were measured, prediction and outcome."""
 
     pixels: NDArray[np.float32]
     band_pixels: NDArray[np.float32] | None
@@ -45,19 +45,19 @@ class AskedRender:
 
 
 def is_asked(settings: RenderSettings) -> bool:
-    """True if an error or a time is asked for. Raises InvalidInputError if both are, or if neither can be reached."""
+    """True if an error or a time is requested. Raises InvalidInputError if both are, or if neither can be reached."""
     error, budget = settings.target_error, settings.time_budget_s
     if error is not None and budget is not None:
         raise InvalidInputError(f"an error of {error:g} and a time of {budget:g} s are asked for; ask for one of them")
     if error is not None and not 0.02 <= error <= 100:
-        raise InvalidInputError(f"the asked error is {error:g}; expected ΔE2000 from 0.02 to 100")
+        raise InvalidInputError(f"the requested error is {error:g}; expected ΔE2000 from 0.02 to 100")
     if budget is not None and not 0.1 <= budget <= 1e7:
         raise InvalidInputError(f"the time budget is {budget:g} s; expected 0.1 to 10,000,000 s")
     return error is not None or budget is not None
 
 
 def tightened(scene: Scene) -> Scene:
-    """The scene with a tolerance that leaves most of an asked error for the noise."""
+    """The scene with a tolerance that leaves most of a requested error for the noise."""
     asked = scene.settings.target_error
     if asked is None:
         return scene
@@ -71,7 +71,7 @@ def render_asked(
     on_round: Callable[[NDArray[np.float32], float, float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> AskedRender:
-    """Render what the scene's settings ask for.
+    """Render with the error or time that the scene's settings request.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def _notes(
 ) -> tuple[Note, ...]:
     notes = []
     if not kept and settings.target_error is not None:
-        text = f"the asked ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
+        text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {found.delta_e:.2g}"
         notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
     elif not kept and settings.time_budget_s is not None:
         text = f"{settings.time_budget_s:g} s were asked for and {seconds:.1f} s taken"

@@ -31,8 +31,8 @@ _DRAWN_COUNTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096)
 class CostPoint:
     """A setting of one ``axis`` ("samples", "bounces", "transport", "volume step"), for the whole picture.
 
-    ``seconds`` it takes; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of what
-    the setting leaves out, whatever the samples. ``measured``: traced, not predicted.
+    ``seconds``: render time; ``delta_e``: mean ΔE2000 of noise; ``relative_mse``: of noise; ``bias``: mean ΔE2000 of
+    the effects that the setting omits, whatever the samples. ``measured``: traced, not predicted.
     """
 
     axis: str
@@ -67,7 +67,7 @@ class CostCurve:
 
 
 def cost_curve(scene: Scene) -> CostCurve:
-    """Measure error against time of ``scene`` on a few thousand of its own pixels.
+    """Measure error against time of ``scene`` on a few thousand of its pixels.
 
     Raises the same errors as ``render_scene``.
     """
@@ -100,7 +100,7 @@ def cost_curve(scene: Scene) -> CostCurve:
 
 
 def _expected(scene: Scene, probe: Probe, model: CostModel, spent_s: float) -> Prediction:
-    """Prediction for the scene's own settings."""
+    """Prediction for the settings of the scene."""
     settings = scene.settings
     if settings.target_error is not None:
         return predicted_error(probe, model, spent_s, settings.target_error)
@@ -122,7 +122,7 @@ def _noise_points(probe: Probe, model: CostModel) -> list[CostPoint]:
 
 
 def _bias_points(scene: Scene, plan: EffectPlan, probe: Probe, model: CostModel) -> list[CostPoint]:
-    """Other settings against the plan's own, with equal random numbers."""
+    """Other settings against those of the plan, with equal random numbers."""
     reference = Probe(RenderJob(scene, plan), probe.pixels)
     reference.trace_to(_BIAS_SAMPLES)
     points = []

@@ -20,14 +20,18 @@ def in_polygon(aperture: Aperture, draw: Any, m: Any, number: Callable[[float], 
 
     ``draw``: two arrays in [0, 1); ``m``: as for ``panorama.direction_of``.
     """
-    blades = number(aperture.blades)
+    return polygon_point(number(aperture.blades), number(aperture.rotation_rad), draw, m)
+
+
+def polygon_point(blades: Any, turned: Any, draw: Any, m: Any) -> tuple[Any, Any]:
+    """``in_polygon`` with numbers of any kind, the turn in rad."""
     sector = m.floor(draw[0] * blades)
     # a triangle from the middle to one edge: the root spreads evenly over it
     out = m.sqrt(draw[0] * blades - sector)
     along = draw[1] * out
     half = np.pi / blades
     x, y = out * m.cos(half), (out - 2.0 * along) * m.sin(half)
-    turn = number(aperture.rotation_rad) + 2.0 * half * sector
+    turn = turned + 2.0 * half * sector
     return m.cos(turn) * x - m.sin(turn) * y, m.sin(turn) * x + m.cos(turn) * y
 
 

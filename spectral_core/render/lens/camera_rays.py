@@ -112,19 +112,27 @@ def _panoramic(
     start: tuple[Any, Any, Any] = (0.0 * toward[0], 0.0 * toward[0], 0.0 * toward[0])
     if camera.aperture_radius > 0:
         radius, focus = number(camera.aperture_radius), number(camera.focus_distance)
-        # the two axes across the ray: the vertical axis without its component along the ray, and their cross product
-        depth = (toward[2] * toward[0], toward[2] * toward[1], toward[2] * toward[2] - 1.0)
-        size = m.maximum(m.sqrt(sum(part * part for part in depth)), 1e-9)
-        first = tuple(part / size for part in depth)
-        second = _cross(toward, first)
-        start = tuple(radius * (lens[0] * a + lens[1] * b) for a, b in zip(first, second, strict=True))
-        aim = tuple(focus * part - offset for part, offset in zip(toward, start, strict=True))
-        length = m.sqrt(sum(part * part for part in aim))
-        toward = tuple(part / length for part in aim)
+        start, toward = across_lens(toward, (radius * lens[0], radius * lens[1]), focus, m)
     begin = tuple(offset + near * part for offset, part in zip(start, toward, strict=True))
     origin = [part + number(frame.origin[i]) for i, part in enumerate(_in_world(frame, begin, number))]
     length = m.where(is_seen, 0.0 * toward[0] + number(camera.far - camera.near), 0.0)
     return vector(*origin), vector(*_in_world(frame, toward, number)), length
+
+
+def across_lens(toward: Any, lens: Any, focus: Any, m: Any) -> tuple[Any, Any]:
+    """Start and direction of a panorama's ray through a point of its lens, which lies across each ray of its own.
+
+    ``toward``: unit direction in the camera's space, three arrays; ``lens``: two arrays, in world units.
+    """
+    # the two axes across the ray: the vertical axis without its component along the ray, and their cross product
+    depth = (toward[2] * toward[0], toward[2] * toward[1], toward[2] * toward[2] - 1.0)
+    size = m.maximum(m.sqrt(sum(part * part for part in depth)), 1e-9)
+    first = tuple(part / size for part in depth)
+    second = _cross(toward, first)
+    start = tuple(lens[0] * a + lens[1] * b for a, b in zip(first, second, strict=True))
+    aim = tuple(focus * part - offset for part, offset in zip(toward, start, strict=True))
+    length = m.sqrt(sum(part * part for part in aim))
+    return start, tuple(part / length for part in aim)
 
 
 def _in_world(frame: CameraFrame, local: Any, number: Callable[[float], Any]) -> list[Any]:

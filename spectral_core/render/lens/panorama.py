@@ -22,8 +22,12 @@ def direction_of(panorama: Panorama, picture: Any, m: Any, number: Callable[[flo
 
     ``m``: the module whose ``sin``, ``where`` and the like the arrays understand, see ``NUMPY``.
     """
-    numbers = [number(value) for value in panorama.numbers]
-    direction, is_seen = _KINDS[panorama.kind](numbers, picture[0], picture[1], m)
+    return direction_by(panorama.kind, [number(value) for value in panorama.numbers], picture, m)
+
+
+def direction_by(kind: str, numbers: Numbers, picture: Any, m: Any) -> tuple[Direction, Any]:
+    """``direction_of`` with numbers of any kind."""
+    direction, is_seen = _KINDS[kind](numbers, picture[0], picture[1], m)
     size = m.sqrt(sum(part * part for part in direction))
     return tuple(part / size for part in direction), is_seen
 

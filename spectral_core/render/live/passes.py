@@ -14,10 +14,15 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.job import Loaded
+from spectral_core.render.lens.aperture import FEWEST_BLADES, polygon_point
+from spectral_core.render.lens.camera_rays import across_lens
+from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
+from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
+from spectral_core.scene.camera import PANORAMAS
 
 
 def block_order(stride: int) -> list[tuple[int, int]]:
@@ -43,14 +48,16 @@ class Launcher(Accumulator):
         self._inputs: Any = None
         self._camera: Any = None
         self._frame: Any = None
-        self._frozen = drjit.freeze(self._launch)
+        self._freeze = drjit.freeze
+        self._frozen: dict[str, Any] = {}
+        self._kind = ""
         self.is_recorded = True
         """True if launches are recorded and replayed, which saves most of their time."""
 
     @property
     def recordings(self) -> int:
         """Number of recordings so far."""
-        return int(self._frozen.n_recordings)
+        return sum(int(frozen.n_recordings) for frozen in self._frozen.values())
 
     def refresh(self) -> None:
         """Collect the arrays of the scene's objects again; call it after each change of the scene."""
@@ -63,15 +70,19 @@ class Launcher(Accumulator):
         ours = held([own, self._loaded.first_hit.rules, vars(self._loaded.integrator)], mi)
         self._inputs = (ours, plugins, self._loaded.scene.scene, self._loaded.integrator)
 
-    def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any]) -> tuple[Any, Any]:
+    def trace(self, camera: Any, numbers: Any, lane: Any, sums: tuple[Any, Any], kind: str = "") -> tuple[Any, Any]:
         """Sums (color, coverage) after one more launch over the pixels ``lane`` of a grid.
 
-        ``camera``: ``Viewpoint.numbers``; ``numbers``: columns of the grid, its step and its offset in x and y in
-        pixels, first and last sample, seed, width and height of the picture.
+        ``camera``, ``kind``: ``Viewpoint.numbers`` and its kind, by which launches are recorded; ``numbers``: columns
+        of the grid, its step and its offset in x and y in pixels, first and last sample, seed, width and height of the
+        picture.
         """
         if self._inputs is None:
             self.refresh()
-        launch = self._frozen if self.is_recorded else self._launch
+        self._kind, self._sees_partly = kind, bool(kind)
+        if kind not in self._frozen:
+            self._frozen[kind] = self._freeze(self._launch)
+        launch = self._frozen[kind] if self.is_recorded else self._launch
         try:
             result = launch(self._inputs, camera, numbers, lane, sums)
         except RuntimeError as error:
@@ -114,21 +125,46 @@ class Launcher(Accumulator):
         """Ray of a sample through the view's window; the kernel reads all of its numbers from memory."""
         mi, dr = self._mi, self._dr
         place, aperture, spectral = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
-        n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(21)]
-        origin, right, up, back = (mi.Vector3f(*n[k : k + 3]) for k in (0, 3, 6, 9))
+        n = [dr.gather(mi.Float, self._camera, mi.UInt32(k)) for k in range(NUMBERS)]
         offset = mi.Vector2f(self._offset(place.x), self._offset(place.y))
         x = dr.lerp(n[12], n[14], (corner.x + 0.5 + offset.x) / self._frame[0])
         y = dr.lerp(n[13], n[15], (corner.y + 0.5 + offset.y) / self._frame[1])
-        is_perspective, near, length, radius, focus = n[16] > 0.5, *n[17:]
-        lens = mi.warp.square_to_uniform_disk_concentric(aperture) * radius
-        toward_x = dr.select(is_perspective, x, 0.0) - lens.x / focus
-        toward_y = dr.select(is_perspective, y, 0.0) - lens.y / focus
-        start_x = dr.select(is_perspective, 0.0, x) + lens.x + near * toward_x
-        start_y = dr.select(is_perspective, 0.0, y) + lens.y + near * toward_y
-        per_depth = dr.sqrt(1.0 + toward_x * toward_x + toward_y * toward_y)
+        start, toward, length = (self._panoramic if self._kind else self._flat)(n, (x, y), self._lens(n, aperture))
+        origin, right, up, back = (mi.Vector3f(*n[k : k + 3]) for k in (0, 3, 6, 9))
         ray = dr.zeros(mi.RayDifferential3f)
-        ray.o = mi.Point3f(origin + right * start_x + up * start_y - back * near)
-        ray.d = (right * toward_x + up * toward_y - back) / per_depth
-        ray.maxt = per_depth * length
+        ray.o = mi.Point3f(origin + right * start[0] + up * start[1] + back * start[2])
+        ray.d = right * toward[0] + up * toward[1] + back * toward[2]
+        ray.maxt = length
         ray.has_differentials = False
         return ray, *self._draw_wavelengths(ray, spectral)
+
+    def _lens(self, n: list[Any], draw: Any) -> Any:
+        """A point of the lens, in world units."""
+        mi, dr = self._mi, self._dr
+        blades = dr.maximum(n[21], FEWEST_BLADES)
+        polygon = mi.Point2f(*polygon_point(blades, n[22], (draw.x, draw.y), DrJitMath(dr)))
+        disk = mi.warp.square_to_uniform_disk_concentric(draw)
+        point = dr.select(n[21] < FEWEST_BLADES - 0.5, disk, polygon)
+        return mi.Point2f(point.x / n[23], point.y) * n[19]
+
+    def _flat(self, n: list[Any], picture: Any, lens: Any) -> tuple[Any, Any, Any]:
+        """Start, direction (components to the right, up and back) and length of a ray with or without perspective."""
+        dr = self._dr
+        is_perspective, near, length, focus = n[16] > 0.5, n[17], n[18], n[20]
+        toward_x = dr.select(is_perspective, picture[0], 0.0) - lens.x / focus
+        toward_y = dr.select(is_perspective, picture[1], 0.0) - lens.y / focus
+        start_x = dr.select(is_perspective, 0.0, picture[0]) + lens.x + near * toward_x
+        start_y = dr.select(is_perspective, 0.0, picture[1]) + lens.y + near * toward_y
+        per_depth = dr.sqrt(1.0 + toward_x * toward_x + toward_y * toward_y)
+        direction = (toward_x / per_depth, toward_y / per_depth, -1.0 / per_depth)
+        return (start_x, start_y, -near), direction, per_depth * length
+
+    def _panoramic(self, n: list[Any], picture: Any, lens: Any) -> tuple[Any, Any, Any]:
+        """The same of a panorama; a ray of length 0 looks nowhere."""
+        dr = self._dr
+        math = DrJitMath(dr)
+        numbers = n[PLAIN_NUMBERS:][: PANORAMAS[self._kind]]
+        toward, is_seen = direction_by(self._kind, numbers, picture, math)
+        start, toward = across_lens(toward, (lens.x, lens.y), n[20], math)
+        begin = tuple(offset + n[17] * part for offset, part in zip(start, toward, strict=True))
+        return begin, toward, dr.select(is_seen, n[18], 0.0)

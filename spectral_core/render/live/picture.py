@@ -71,7 +71,9 @@ class ViewPicture:
         seed = (self._launcher.film.seed * 2654435761 + 1) & 0xFFFFFFFF
         numbers = mi.UInt32([self.columns, self.stride, *place, first, last, seed, width, height])
         start = time.perf_counter()
-        sums = self._launcher.trace(self._camera, numbers, self._lane, self._sums.get(place, self._blank))
+        sums = self._launcher.trace(
+            self._camera, numbers, self._lane, self._sums.get(place, self._blank), self.request.viewpoint.kind
+        )
         dr.eval(sums)
         dr.sync_thread()
         took = time.perf_counter() - start

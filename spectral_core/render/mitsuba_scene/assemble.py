@@ -49,7 +49,7 @@ class SceneParts:
     world: Any | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
     """``scene``: Mitsuba's scene; ``notes``: features that are approximated.
 
@@ -150,7 +150,9 @@ def load_scene(
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
     rules.subsurface, rules.holdouts = context.has_subsurface, context.has_holdouts
-    return LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
+    home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
+    context.tables.live_in(home)
+    return home
 
 
 def _fill(rules: RayRules, shapes: Shapes, scene: Scene, loaded: Any) -> None:
@@ -171,6 +173,7 @@ def _enter_body(context: Context, body: Any) -> None:
     if not context.bsdf.surfaces.has(LAMP_BODY):
         context.bsdf.surfaces.add(LAMP_BODY, leaves_of(context, None, ""))
     context.bsdf.surfaces.assign(body, LAMP_BODY)
+    context.tables.has_bodies = True
     context.meshes.add(body)
 
 

@@ -76,7 +76,8 @@ class Context:
     @cached_property
     def meshes(self) -> MeshTables:
         """The triangles of all shapes."""
-        return MeshTables(self.tables, movable=self.movable)
+        made = self.tables.meshes = MeshTables(self.tables, movable=self.movable)
+        return made
 
     def computed(self, program: Program, light: Any = None) -> Any:
         """Texture of a shading program; ``light``: texture of the white that an emitted color tints."""

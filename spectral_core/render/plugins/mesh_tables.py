@@ -130,6 +130,26 @@ class MeshTables:
         si.wi = dr.select(valid, si.to_local(-ray.d), -ray.d)
         return si
 
+    def corners(self, si: Any, active: Any) -> tuple[list[Any], Any]:
+        """Corners, in the world, of the triangle of a hit, and whether it is one."""
+        mi, dr = self.mi, self.dr
+        number = dr.reinterpret_array(mi.UInt32, si.shape)
+        known = active & si.is_valid()
+        face, vertex = (dr.gather(mi.UInt32, self.rows, number * COLUMNS + k, known) for k in range(2))
+        known &= face != NONE
+        places = dr.gather(mi.Vector3u, self.faces, face + si.prim_index, known)
+        corners = [dr.gather(mi.Point3f, self.positions, vertex + places[k], known) for k in range(3)]
+        if self._parts:
+            placed = dr.reinterpret_array(mi.UInt32, si.instance)
+            moved = known & (placed != 0)
+            out = self.scene.placement(placed, moved)[12:]
+            rows = [out[4 * i : 4 * i + 4] for i in range(3)]
+            corners = [
+                dr.select(moved, mi.Point3f(*(a * p.x + b * p.y + c * p.z + d for a, b, c, d in rows)), p)
+                for p in corners
+            ]
+        return corners, known
+
     def _triangle(self, si: Any, number: Any, place: Any, valid: Any) -> None:
         """Position, normals, UV coordinates and tangents at a point of a triangle, in the mesh's space."""
         mi, dr = self.mi, self.dr

@@ -63,7 +63,7 @@ class Accumulator:
         import drjit
 
         self._mi, self._dr = mitsuba, drjit
-        self.film, self.frame = film, camera_frame(camera, film)
+        self.film, self.frame, self._sees_partly = film, camera_frame(camera, film), camera.panorama is not None
         self.samples = 0
         self._offsets = mitsuba.Float(filter_offsets(film))
         self.plan = wavelengths
@@ -202,7 +202,7 @@ class Accumulator:
         radiance = dr.select(seen & dr.isfinite(radiance), radiance, 0.0)
         # the uncovered share shows the environment: subtracted in expectation
         radiance, covered = radiance - dr.select(seen, behind, 0.0), 1.0 - channel_mean(dr, passed)
-        if self.frame.camera.panorama is not None:  # outside a fisheye's circle the picture is empty
+        if self._sees_partly:  # outside a fisheye's circle the picture is empty
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return radiance, covered, finite
 

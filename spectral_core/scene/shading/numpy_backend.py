@@ -96,3 +96,15 @@ class NumPy:
     def size(self, image: Any) -> tuple[Any, Any]:
         """Width and height of an image."""
         return float(image.pixels.shape[1]), float(image.pixels.shape[0])
+
+    def open_share(self, normal: Any, distance: Any, samples: int, inside: bool, own: bool) -> Any:
+        """Where there is no scene, nothing is near."""
+        return 1.0 + 0.0 * (normal[0] + distance)
+
+    def rounded(self, normal: Any, radius: Any, samples: int) -> Any:
+        """Where there is no scene, there are no edges."""
+        return normal
+
+    def edge_distance(self, in_pixels: bool) -> Any:
+        """Where there is no scene, there are no triangles."""
+        return self.number(1e9)

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.plugins.paints.ray_marks import read_mark
+from spectral_core.render.plugins.paints.probes import Probes
+from spectral_core.render.plugins.paints.ray_marks import SINGULAR, read_mark
 from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
+from spectral_core.scene.rays import Rays
 
 BUMP_STEP = 3e-4
 """Step of Bump's height samples over the distance to the eye: about half a pixel of a full HD picture."""
@@ -103,6 +105,37 @@ class DrJit:
         """Width and height of an image."""
         return self.tables.image(image)[1:3]
 
+    def open_share(self, normal: Any, distance: Any, samples: int, inside: bool, own: bool) -> Any:
+        """Ambient Occlusion: share of rays from the hit that meet nothing within a distance.
+
+        Before the scene is loaded, while the power of emissive surfaces is estimated, every point counts as open.
+        """
+        if not self.tables.is_live:
+            return self.mi.Float(1.0)
+        found = Probes(self.tables, self.si, self.active)
+        return found.open_share(normal, distance, samples, inside=inside, own=own)
+
+    def rounded(self, normal: Any, radius: Any, samples: int) -> Any:
+        """Bevel: mean normal around the hit; as in Cycles, of what eyes and mirrors see alone."""
+        if not self.tables.is_live:
+            return normal
+        sharp = (self.mi.UInt32(self.si.dn_dv.x) & (int(Rays.CAMERA) | SINGULAR)) != 0
+        found = Probes(self.tables, self.si, self.active)
+        return self._tuple(found.rounded(normal, radius, samples, wanted=sharp))
+
+    def edge_distance(self, in_pixels: bool) -> Any:
+        """Distance in the world to the nearest edge of the triangle that was hit, or in pixels of ``BUMP_STEP``."""
+        mi, dr, si = self.mi, self.dr, self.si
+        if not self.tables.is_live:
+            return mi.Float(dr.inf)
+        corners, is_triangle = self.tables.meshes.corners(si, self.active)
+        nearest = mi.Float(dr.inf)
+        for k in range(3):
+            along = dr.normalize(corners[k] - corners[k - 1])
+            nearest = dr.minimum(nearest, dr.norm(dr.cross(along, si.p - corners[k])))
+        pixel = 2.0 * dr.norm(self._step(1)) if in_pixels else 1.0
+        return dr.select(is_triangle, nearest / pixel, dr.inf)
+
     # the hit point
 
     def input(self, name: str, shift: int) -> Any:
@@ -183,6 +216,19 @@ class DrJit:
 
     def _backfacing(self) -> Any:
         return self.dr.select(self.dr.dot(self.si.n, self.si.to_world(self.si.wi)) < 0.0, self.mi.Float(1.0), 0.0)
+
+    def _parametric(self) -> Any:
+        """Shares of the triangle's first and second corner, as the Geometry node shows them."""
+        mi, dr, si = self.mi, self.dr, self.si
+        if not self.tables.is_live:
+            return si.uv.x, si.uv.y, mi.Float(0.0)
+        corners, is_triangle = self.tables.meshes.corners(si, self.active)
+        whole = dr.cross(corners[1] - corners[0], corners[2] - corners[0])
+        size = dr.maximum(dr.squared_norm(whole), 1e-30)
+        second = dr.dot(dr.cross(si.p - corners[0], corners[2] - corners[0]), whole) / size
+        third = dr.dot(dr.cross(corners[1] - corners[0], si.p - corners[0]), whole) / size
+        first = 1.0 - second - third
+        return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
 
     def _tangent(self) -> Any:
         mi, dr, si = self.mi, self.dr, self.si

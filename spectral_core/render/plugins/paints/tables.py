@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 ROW = 32
-"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random."""
+"""Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own."""
 
 
 def attribute_name(name: str) -> str:
@@ -40,10 +41,16 @@ class SceneTables:
     window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
     rows: dict[int, np.ndarray] = field(default_factory=dict)
     has_instances: bool = False
+    has_bodies: bool = False
+    """True if lamps have bodies in the scene, which the rays of programs must pass."""
     attributes: dict[str, int] = field(default_factory=dict)
     """Column of each named attribute; all are known before the first program is traced."""
     first_target: Any = None
     """A 0 that kernels read from memory: the index of the first of several targets."""
+    meshes: Any = None
+    """``MeshTables`` of the scene, for programs that send rays."""
+    _home: Any = None
+    _owners: dict[str, int] = field(default_factory=dict)
     _buffer: Any = None
     _camera: Any = None
     _images: dict[int, Any] = field(default_factory=dict)
@@ -60,6 +67,7 @@ class SceneTables:
         parts = (inverse[:3].ravel(), matrix[:3].ravel(), instance.color, (instance.index, instance.random))
         row = np.zeros(ROW + 3 * len(instance.attributes))
         row[:30] = np.concatenate([np.ravel(part) for part in parts])
+        row[30] = self._owners.setdefault(instance.name, len(self._owners) + 1)
         for name, value in instance.attributes:
             column = self.attributes.setdefault(name, ROW + 3 * len(self.attributes))
             row.resize(max(row.size, column + 3), refcheck=False)
@@ -89,6 +97,28 @@ class SceneTables:
         """The 24 numbers of object from world and of world from object, of a shape or instance by its number."""
         at = number * self.row_size
         return [self.dr.gather(self.mi.Float, self.buffer(), at + k, active) for k in range(24)]
+
+    def owner(self, number: Any, active: Any) -> Any:
+        """Number of the object to which a shape or instance belongs, whatever its material."""
+        last = self.dr.opaque(self.mi.UInt32, max(self.rows, default=0))
+        known = self.dr.select(number <= last, number, 0)
+        return self.dr.gather(self.mi.Float, self.buffer(), known * self.row_size + 30, active)
+
+    def live_in(self, home: Any) -> None:
+        """Let programs that send rays find the scene, as ``home.scene``.
+
+        The reference is weak: Mitsuba's shapes know these tables, and a scene that they knew would never end.
+        """
+        self._home = weakref.ref(home)
+
+    @property
+    def is_live(self) -> bool:
+        """True if the scene is loaded."""
+        return self._home is not None
+
+    def scene(self) -> Any:
+        """Mitsuba's scene, once it is loaded."""
+        return self._home().scene
 
     def rebuild(self) -> None:
         """Write all rows again, after one was placed anew."""
