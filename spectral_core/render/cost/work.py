@@ -24,11 +24,11 @@ class Spent:
 
 
 class Meter:
-    """Runs from when it is made."""
+    """Runs from when it is made: ``started``, of ``time.perf_counter``."""
 
     def __init__(self) -> None:
-        self._work, self._wall = time.process_time(), time.perf_counter()
+        self._work, self.started = time.process_time(), time.perf_counter()
 
     def read(self) -> Spent:
         """What was spent so far."""
-        return Spent(time.process_time() - self._work, time.perf_counter() - self._wall)
+        return Spent(time.process_time() - self._work, time.perf_counter() - self.started)

@@ -5,8 +5,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.lights.choice import Chosen, Receiver
+from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.trace.media import Flight, Media
 from spectral_core.scene import Rays
+
+BY_ANGLE = 0.5
+"""How often a path that scatters asks from a place by the angle at the lamp, not from where it scatters."""
+DEEPEST = 4.0
+"""Optical depth up to which a place on a way is drawn by the angle at the lamp; light from deeper is dim."""
 
 
 def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[Flight, Any]:
@@ -22,6 +29,51 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
     place.n = dr.select(flight.scatters, mi.Normal3f(0.0), si.n)
     place.t = dr.select(flight.scatters, flight.distance, si.t)
     return flight, place
+
+
+def stretch_of(flight: Flight, ray: Any) -> Stretch:
+    """The part of a way that lights are asked along."""
+    import drjit as dr
+
+    deepest = DEEPEST * dr.rcp(dr.maximum(dr.min(flight.extinction), 1e-30))
+    return Stretch(ray.o, ray.d, dr.minimum(flight.reach, deepest))
+
+
+def asks_light(flight: Flight, ends: Any, lights: Any) -> Any:
+    """Whether paths ask a light on their way: those that scatter, and those that no surface (``ends``) will ask for."""
+    flight.ends = ends
+    return flight.inside & (flight.scatters | ~ends) if lights.asked_along_ways else flight.scatters
+
+
+def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], sampler: Any, active: Any) -> Any:
+    """Where on its way (``at``: hit, ray) a path asks a light, and the light that it carries from there.
+
+    Light falls with the squared distance to a lamp, and with the depth of the way: the place is drawn by either, and
+    weighed against both (one-sample balance heuristic). Where a way ends at a surface only paths that scatter ask on
+    it, and densities are those among them.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    (si, ray), (to, chosen) = at, of
+    assert to.stretch is not None
+    view = to.stretch.seen_from(chosen.center, chosen.radius)
+    sample = sampler.next_2d()
+    by_angle = dr.select(chosen.far, 0.0, mi.Float(BY_ANGLE))
+    angular = ~chosen.far & (~flight.scatters | (sample.x < by_angle))
+    distance = dr.select(angular, view.draw(sample.y), flight.distance)
+    depth = flight.scattering * flight.reach
+    # 1 - exp(-x), by its series where that cancels
+    scattered = dr.sum(flight.share * dr.select(depth > 1e-3, 1.0 - dr.exp(-depth), depth * (1.0 - 0.5 * depth)))
+    by_depth = dr.sum(flight.share * flight.scattering * dr.exp(-flight.scattering * distance))
+    often = dr.select(flight.ends | chosen.far, by_angle * scattered, 1.0 - (1.0 - by_angle) * scattered)
+    density = often * view.density(distance) + (1.0 - by_angle) * by_depth
+    arrives = flight.scattering * dr.exp(-flight.extinction * distance)
+    asks = active & (density > 0.0) & (flight.scatters | angular)
+    place = mi.SurfaceInteraction3f(si)  # the path itself goes on from where it scatters
+    place.p = dr.select(active, ray.o + ray.d * distance, si.p)
+    place.n = dr.select(active, mi.Normal3f(0.0), si.n)
+    return place, dr.select(asks, flight.carried * arrives / dr.maximum(density, 1e-30), 0.0)
 
 
 def scatter(media: Media, of: tuple[Any, Any], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]) -> Any:

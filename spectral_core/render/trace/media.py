@@ -35,16 +35,27 @@ class MediumRow:
     lobes: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Flight:
     """What became of rays on their way to the next surface: whether they scatter before it, after which distance, the
     factor on their light, and what glows on the whole way.
+
+    ``carried``: their light before the flight; ``reach``: length of the way; ``share``: how often each wavelength draws
+    the distance; ``scattering`` and ``extinction`` of the medium. ``inside``: whether there is one; ``ends``: whether
+    the way ends at a surface that may ask for light itself.
     """
 
     scatters: Any
     distance: Any
     weight: Any
     glow: Any
+    carried: Any
+    reach: Any
+    share: Any
+    scattering: Any
+    extinction: Any
+    inside: Any
+    ends: Any = True
 
 
 class Media:
@@ -116,7 +127,8 @@ class Media:
             # (1 - exp(-x)) / x, by its series where that cancels
             mean = dr.select(depth > 1e-3, (1.0 - dr.exp(-depth)) / dr.maximum(depth, 1e-9), 1.0 - 0.5 * depth)
             brought = dr.select(inside, glow * reach * mean, 0.0)
-        return Flight(collides, distance, weight, brought)
+        carried = mi.Spectrum(path.throughput)
+        return Flight(collides, distance, weight, brought, carried, reach, share, scatters, extinction, inside)
 
     def clear(self, medium: Any, length: Any, wavelengths: Any, active: Any) -> Any:
         """Share of light that a way through a medium lets pass."""
